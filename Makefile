@@ -1,0 +1,35 @@
+# Each target sets up .venv by itself.
+PYTHON ?= python3
+BIN := .venv/bin
+SCENARIO ?= scenarios/pool_chain.yaml
+
+.PHONY: run test lint bench clean
+
+run: .venv/installed
+	$(BIN)/towline run $(SCENARIO)
+
+test: .venv/installed-dev
+	$(BIN)/pytest
+
+lint: .venv/installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+bench: .venv/installed-dev
+	$(BIN)/towline bench all
+
+clean:
+	rm -rf .venv
+
+.venv/bin/python:
+	$(PYTHON) -m venv .venv
+
+.venv/installed: pyproject.toml | .venv/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	touch $@
+
+.venv/installed-dev: pyproject.toml | .venv/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	touch $@ .venv/installed

@@ -1,0 +1,161 @@
+"""What a component is: typed ports, validated parameters, and one function over five vectors.
+
+`status = step(t_ns, dt_ns, p, u, x, y, w)` advances the state x over the dt_ns that end at t_ns and writes the
+outputs y valid at t_ns. `init` has the same signature: it writes x and y at t_ns = t0, dt_ns being the period.
+All five vectors are flat float64 arrays; y is write-only and w is scratch that lives for one call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import prod
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+# Every p begins with seven numbers: the five vectors' lengths and the two 32-bit halves of the seed.
+N_P, N_U, N_X, N_Y, N_W, SEED_HIGH, SEED_LOW, HEADER = range(8)
+
+Kernel = Callable[..., int]
+
+
+@dataclass(frozen=True)
+class Port:
+    """A named, shaped quantity in SI units that a component takes or gives.
+
+    A dotted name (`motion.position`) is a member of a bundle (`motion`), which can be wired as a whole.
+    frame: "NED" (world), "body", or "" for quantities that have none.
+    """
+
+    name: str
+    unit: str
+    shape: tuple[int, ...] = ()
+    frame: str = ""
+    description: str = ""
+
+    @property
+    def size(self) -> int:
+        """Number of float64 the port takes in its vector (row-major)."""
+        return prod(self.shape)
+
+
+def motion_ports(bundle: str) -> tuple[Port, ...]:
+    """Ports of a moving point: position [m], velocity [m/s], acceleration [m/s^2], each (3,) in NED."""
+    return (
+        Port(f"{bundle}.position", "m", (3,), "NED"),
+        Port(f"{bundle}.velocity", "m/s", (3,), "NED"),
+        Port(f"{bundle}.acceleration", "m/s^2", (3,), "NED"),
+    )
+
+
+def law_ports(bundle: str) -> tuple[Port, ...]:
+    """Ports of an affine force law F(a) = force - mass (a - acceleration), a line's on a body, in NED.
+
+    force: (3,) [N]; acceleration: (3,) the reference a [m/s^2]; mass: (3, 3) symmetric -dF/da [kg].
+    """
+    return (
+        Port(f"{bundle}.force", "N", (3,), "NED"),
+        Port(f"{bundle}.acceleration", "m/s^2", (3,), "NED"),
+        Port(f"{bundle}.mass", "kg", (3, 3), "NED"),
+    )
+
+
+def quantity(unit: str, description: str, default: Any = ..., *, tunable: bool = False, **bounds: Any) -> Any:
+    """Declare a parameter with its SI unit ("1": dimensionless); bounds as pydantic's Field takes them (gt, le, ...)."""
+    return Field(default, description=description, json_schema_extra={"unit": unit, "tunable": tunable}, **bounds)
+
+
+def choice(description: str, default: Any = ...) -> Any:
+    """Declare a parameter that is no quantity: a name, a count or a switch (fixed during a run)."""
+    return Field(default, description=description, json_schema_extra={"unit": None, "tunable": False})
+
+
+class Parameters(BaseModel):
+    """A component's parameters: frozen, in SI units and radians, unknown names refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def vector(self) -> np.ndarray:
+        """The numbers of p after its header, derived values included: (n,) float64.
+
+        By default all numeric fields in the order they are declared, arrays flattened.
+        """
+        values = [getattr(self, name) for name in type(self).model_fields]
+        numbers = [np.ravel(v) for v in values if not isinstance(v, str) and v is not None]
+        return np.concatenate([np.asarray(v, np.float64) for v in numbers]) if numbers else np.empty(0)
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Lengths of the state x and of the scratch vector w."""
+
+    state: int = 0
+    workspace: int = 0
+
+
+@dataclass(frozen=True)
+class BodyEnd:
+    """Where a body takes a line: gives a motion bundle, takes a force-law bundle, moves by the line's scheme."""
+
+    motion: str  # output bundle, see motion_ports
+    law: str  # input bundle, see law_ports
+
+
+@dataclass(frozen=True)
+class LineEnd:
+    """An end of a line that can be bonded to a body.
+
+    motion: input bundle of the end. law: output bundle, the law for the body's next step.
+    accepted: output bundle, the law about the motion just accepted, for repeating the same step.
+    switch: the boolean parameter that turns both outputs on (a line without a bond does not pay for them).
+    """
+
+    motion: str
+    law: str
+    accepted: str
+    switch: str
+
+
+def _no_ports(_: Any) -> tuple[Port, ...]:
+    return ()
+
+
+def _no_sizes(_: Any) -> Sizes:
+    return Sizes()
+
+
+@dataclass(frozen=True)
+class Component:
+    """One kind of component: what `components/<family>/<name>/component.py` binds together as COMPONENT.
+
+    inputs, outputs, sizes: functions of the parameters, fixed before init.
+    init, step: plain functions of the contract's signature. With `compiled` they are compiled by numba on first use
+        and may call functions made by `components.compiled.kernel`; else they are called as Python.
+    status_text: what each positive status means; such a status stops the run.
+    bodies, lines: the ends at which a power bond can be tied, by name.
+    assumptions: what the model leaves out and where it is valid, one sentence.
+    """
+
+    name: str
+    parameters: type[Parameters]
+    init: Kernel
+    step: Kernel
+    outputs: Callable[[Any], tuple[Port, ...]]
+    inputs: Callable[[Any], tuple[Port, ...]] = _no_ports
+    sizes: Callable[[Any], Sizes] = _no_sizes
+    status_text: Mapping[int, str] = field(default_factory=dict)
+    bodies: Mapping[str, BodyEnd] = field(default_factory=dict)
+    lines: Mapping[str, LineEnd] = field(default_factory=dict)
+    compiled: bool = True
+    assumptions: str = ""
+
+    def pack(self, parameters: Parameters, seed: int = 0) -> np.ndarray:
+        """The vector p with its header; seed: 64 bits."""
+        sizes = self.sizes(parameters)
+        numbers = parameters.vector()
+        n_u = sum(port.size for port in self.inputs(parameters))
+        n_y = sum(port.size for port in self.outputs(parameters))
+        header = [HEADER + len(numbers), n_u, sizes.state, n_y, sizes.workspace, seed >> 32, seed & 0xFFFFFFFF]
+        return np.concatenate([np.array(header, np.float64), numbers])

@@ -1,0 +1,132 @@
+"""Forces on the nodes of a lumped-mass line and the matrix of their linearised balance."""
+
+from math import sqrt
+
+from components.compiled import kernel
+from components.tether.cable.drag import morison
+from components.tether.cable.line import ACC, DIR, KE, SCRATCH, TC, D, E, Q, R, T, V
+
+# Softens a segment's length so that one squeezed to a point has a tangent (zero) and no NaN; times l0, squared.
+POINT = 1e-16
+EPSILON = 2.0**-52
+
+
+@kernel
+def axial(stretch, rate, taut, line, c_c):
+    """Tension [N] and its slope [N/m] at the elongation l - l0 [m] and its rate [m/s].
+
+    T = EA (e + tau de/dt), e = (l - l0) / l0 (Kelvin-Voigt); a line that takes no compression has max(0, T). While
+    the last linear solution has the segment taut, the law is taken as linear (so T may come out negative, which
+    `imbalance` counts): the active set of a primal-dual method, with the tension as multiplier.
+    """
+    tension = line.k * (stretch + line.tau * rate)
+    if line.tension_only and tension <= 0.0 and not taut:
+        return 0.0, 0.0
+    return tension, line.k * (1.0 + line.tau * c_c)
+
+
+@kernel
+def half_segment(vx, vy, vz, ax, ay, az, tx, ty, tz, line, c_m, c_c):
+    """What half a segment gives to its end node: f - M a without tension (3), and c_m M + c_c C (6).
+
+    M = m + rho V (Ca_n (I - t t') + Ca_t t t'), C the drag's damping matrix; order xx, yy, zz, xy, xz, yz.
+    """
+    fx, fy, fz, cxx, cyy, czz, cxy, cxz, cyz = morison(vx, vy, vz, tx, ty, tz, line.drag_n, line.drag_t)
+    m = line.mass + line.added_n
+    d = line.added_t - line.added_n
+    s = d * (tx * ax + ty * ay + tz * az)
+    i, j = c_m * m, c_m * d
+    return (
+        fx - m * ax - s * tx,
+        fy - m * ay - s * ty,
+        fz - m * az - s * tz + line.weight,
+        i + j * tx * tx + c_c * cxx,
+        i + j * ty * ty + c_c * cyy,
+        i + j * tz * tz + c_c * czz,
+        j * tx * ty + c_c * cxy,
+        j * tx * tz + c_c * cxz,
+        j * ty * tz + c_c * cyz,
+    )
+
+
+@kernel
+def assemble(line, w, c_m, c_c):
+    """Fill R, D, E, TC, KE and DIR of all nodes from their position, velocity, acceleration and T.
+
+    R = f - M a: what is missing to balance at a free node, and at a held one the line's force on its holder [N].
+    D, E: the blocks of c_m M + c_c C + K = -dR/dq, with c_m = da/dq and c_c = dv/dq of the time scheme. Left out
+    are the turning of the tangent in drag, added mass and damping, which would spoil the symmetry and are small
+    over a step. K takes its geometric part from T, not from TC: T is the tension that the last linear solution
+    asked for, free of the second-order strain that a large rotation leaves in TC, so that Newton on a stiff line
+    converges as it would with the tension as a separate unknown (Magisano, Leonetti and Garcea 2017, on the mixed
+    Newton iteration), at no cost.
+    """
+    rx, ry, rz = 0.0, 0.0, 0.0
+    dxx, dyy, dzz, dxy, dxz, dyz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    point = POINT * line.l0 * line.l0
+    for i in range(line.n):
+        b = i * SCRATCH
+        o = b + SCRATCH
+        ux, uy, uz = w[b + V], w[b + V + 1], w[b + V + 2]
+        vx, vy, vz = w[o + V], w[o + V + 1], w[o + V + 2]
+        ex, ey, ez = w[o + Q] - w[b + Q], w[o + Q + 1] - w[b + Q + 1], w[o + Q + 2] - w[b + Q + 2]
+        length = sqrt(ex * ex + ey * ey + ez * ez + point)
+        inverse = 1.0 / length
+        tx, ty, tz = ex * inverse, ey * inverse, ez * inverse
+        rate = tx * (vx - ux) + ty * (vy - uy) + tz * (vz - uz)
+        tension, slope = axial(length - line.l0, rate, w[b + T] > 0.0, line, c_c)
+        g = max(w[b + T], 0.0) * inverse
+        s = slope - g
+        kxx, kyy, kzz = g + s * tx * tx, g + s * ty * ty, g + s * tz * tz
+        kxy, kxz, kyz = s * tx * ty, s * tx * tz, s * ty * tz
+        fx, fy, fz, mxx, myy, mzz, mxy, mxz, myz = half_segment(
+            ux, uy, uz, w[b + ACC], w[b + ACC + 1], w[b + ACC + 2], tx, ty, tz, line, c_m, c_c
+        )
+        w[b + R], w[b + R + 1], w[b + R + 2] = rx + fx + tension * tx, ry + fy + tension * ty, rz + fz + tension * tz
+        w[b + D], w[b + D + 1], w[b + D + 2] = dxx + mxx + kxx, dyy + myy + kyy, dzz + mzz + kzz
+        w[b + D + 3], w[b + D + 4], w[b + D + 5] = dxy + mxy + kxy, dxz + mxz + kxz, dyz + myz + kyz
+        w[b + E], w[b + E + 1], w[b + E + 2] = -kxx, -kyy, -kzz
+        w[b + E + 3], w[b + E + 4], w[b + E + 5] = -kxy, -kxz, -kyz
+        w[b + TC], w[b + KE] = tension, slope
+        w[b + DIR], w[b + DIR + 1], w[b + DIR + 2] = tx, ty, tz
+        fx, fy, fz, mxx, myy, mzz, mxy, mxz, myz = half_segment(
+            vx, vy, vz, w[o + ACC], w[o + ACC + 1], w[o + ACC + 2], tx, ty, tz, line, c_m, c_c
+        )
+        rx, ry, rz = fx - tension * tx, fy - tension * ty, fz - tension * tz
+        dxx, dyy, dzz = mxx + kxx, myy + kyy, mzz + kzz
+        dxy, dxz, dyz = mxy + kxy, mxz + kxz, myz + kyz
+    b = line.n * SCRATCH
+    w[b + R], w[b + R + 1], w[b + R + 2] = rx, ry, rz
+    w[b + D], w[b + D + 1], w[b + D + 2] = dxx, dyy, dzz
+    w[b + D + 3], w[b + D + 4], w[b + D + 5] = dxy, dxz, dyz
+
+
+@kernel
+def imbalance(line, w, first, last):
+    """Largest component of R over the free nodes, or compression of a line that takes none [N]; NaN if any is NaN."""
+    worst = 0.0
+    for i in range(first, last + 1):
+        for c in range(3):
+            r = abs(w[i * SCRATCH + R + c])
+            if not r <= worst:
+                worst = r
+                if r != r:
+                    return r
+    if line.tension_only:
+        for i in range(line.n):
+            worst = max(worst, -w[i * SCRATCH + TC])
+    return worst
+
+
+@kernel
+def allowance(line, w, tolerance):
+    """Imbalance [N] to put up with: the tolerance times dry weight plus largest tension, and rounding in the lengths.
+
+    The tension is the last linear solution's. A position of size |q| is known to |q| EPSILON, a tension to k times it.
+    """
+    tension, reach = 0.0, 0.0
+    for i in range(line.n):
+        b = i * SCRATCH
+        tension = max(tension, abs(w[b + T]))
+        reach = max(reach, abs(w[b + Q]), abs(w[b + Q + 1]), abs(w[b + Q + 2]))
+    return tolerance * (line.dry_weight + tension) + 4.0 * EPSILON * line.k * reach

@@ -1,0 +1,81 @@
+"""The discrete line: its constants, and where each number stands in the state and in the scratch vector."""
+
+from typing import NamedTuple
+
+from components.compiled import kernel
+from components.contract import HEADER
+
+# A node's record in x and w: position, velocity, true and algorithmic acceleration (3 each), in x followed by
+# the tension of the segment after it; in w further by what one Newton iteration needs.
+Q, V, ACC, A, T = 0, 3, 6, 9, 12
+STATE = 13
+R = 13  # residual, then the Newton correction (3)
+D = 16  # diagonal block xx, yy, zz, xy, xz, yz (6)
+E = 22  # block to the next node, same order; after elimination D^-1 E, row by row (9)
+TC = 31  # tension by the constitutive law at this iterate
+KE = 32  # dTC / d elongation
+DIR = 33  # unit tangent of the segment (3)
+SCRATCH = 36
+
+FREE, DRIVEN, BONDED = range(3)
+
+
+class Line(NamedTuple):
+    """What the kernels know of a line; "half" is what half a segment gives to the node at either of its ends."""
+
+    n: int  # segments
+    end_a: int  # FREE, DRIVEN or BONDED
+    end_b: int
+    l0: float  # unstretched length of a segment [m]
+    k: float  # EA / l0 [N/m]
+    tau: float  # relaxation time of the axial damping [s]
+    mass: float  # half, dry [kg]
+    added_n: float  # half, added mass across the line [kg]
+    added_t: float  # half, added mass along the line [kg]
+    weight: float  # half, in the fluid, down [N]
+    drag_n: float  # half, force per squared velocity across [N s^2/m^2]
+    drag_t: float  # half, along
+    tension_only: int
+    rho_inf: float
+    sub_steps: int
+    tolerance: float
+    max_iterations: int
+    dry_weight: float  # of the whole line [N]
+
+
+@kernel
+def unpack(p):
+    """The Line from the parameter vector, where it stands in the order of its fields."""
+    i = HEADER
+    return Line(
+        int(p[i]), int(p[i + 1]), int(p[i + 2]), p[i + 3], p[i + 4], p[i + 5], p[i + 6], p[i + 7], p[i + 8], p[i + 9],
+        p[i + 10], p[i + 11], int(p[i + 12]), p[i + 13], int(p[i + 14]), p[i + 15], int(p[i + 16]), p[i + 17],
+    )  # fmt: skip
+
+
+@kernel
+def first_unknown(line):
+    """Index of the first node that moves by its own balance."""
+    return 0 if line.end_a == FREE else 1
+
+
+@kernel
+def last_unknown(line):
+    """Index of the last node that moves by its own balance."""
+    return line.n if line.end_b == FREE else line.n - 1
+
+
+@kernel
+def load(n, x, w):
+    """Copy the nodes' state from x to the scratch records."""
+    for i in range(n + 1):
+        for c in range(STATE):
+            w[i * SCRATCH + c] = x[i * STATE + c]
+
+
+@kernel
+def store(n, w, x):
+    """Copy the nodes' state from the scratch records to x."""
+    for i in range(n + 1):
+        for c in range(STATE):
+            x[i * STATE + c] = w[i * SCRATCH + c]

@@ -1,0 +1,1 @@
+"""Reads logs and nothing else: fits, indicators, tables, figures."""

@@ -1,0 +1,85 @@
+"""The command `towline`: its arguments, and how errors leave it; each command is a module of pipeline.commands."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import signal
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from pipeline.errors import TowlineError
+
+FINE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+
+COMMANDS = {
+    "check": "check a scenario without running it",
+    "run": "run a scenario into a log",
+    "resume": "go on with a run that was killed, from its log",
+    "replay": "run one component again from a log's inputs",
+    "diff": "compare two logs",
+    "export": "write a log's channels as parquet or csv",
+    "catenary": "static catenary between two points",
+    "bench": "measure speed against error",
+}
+
+
+def _parser(wanted: str | None) -> argparse.ArgumentParser:
+    """The parser; only the wanted command's module is imported, which keeps --help quick."""
+    parser = argparse.ArgumentParser(prog="towline", description="Co-simulation of vessels with lines in the water.")
+    parser.add_argument("--debug", action="store_true", help="show tracebacks")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, text in COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        command.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+        command.add_argument("--json", action="store_true", help="one JSON object on standard output, nothing else")
+        if name == wanted:
+            importlib.import_module(f"pipeline.commands.{name}").add_arguments(command)
+    return parser
+
+
+def _wanted(arguments: Sequence[str]) -> str | None:
+    return next((word for word in arguments if word in COMMANDS), None)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; returns 0 fine, 1 failed, 2 usage, 130 interrupted."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    wanted = _wanted(words)
+    parsed = _parser(wanted).parse_args(words)
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        return importlib.import_module(f"pipeline.commands.{parsed.command}").command(parsed)
+    except TowlineError as error:
+        if parsed.debug:
+            raise
+        _report(str(error), parsed.json)
+        return FAILED
+    except KeyboardInterrupt:
+        _report("interrupted", parsed.json)
+        return INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return FAILED
+    except Exception as error:
+        if parsed.debug:
+            raise
+        _report(f"towline itself failed: {type(error).__name__}: {error} (--debug shows where)", parsed.json)
+        return FAILED
+
+
+def _terminate(_number: int, _frame: Any) -> None:
+    raise KeyboardInterrupt
+
+
+def _report(message: str, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps({"error": message}))
+    for line in message.splitlines() or [""]:
+        print(f"towline: {line}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

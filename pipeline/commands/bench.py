@@ -1,0 +1,63 @@
+"""towline bench: run the benchmarks of tests/benchmarks; speed beside its error, error beside its reference."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+import components
+from pipeline.commands.output import console, print_json
+from pipeline.errors import TowlineError
+
+FOLDER = Path(components.__file__).parent.parent / "tests" / "benchmarks"
+Row = dict[str, Any]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's arguments."""
+    names = ", ".join(path.stem for path in sorted(FOLDER.glob("*.py"))) or "none: they are in the repository only"
+    parser.add_argument("name", help=f"which one, or all ({names})")
+
+
+def _rows(path: Path) -> list[Row]:
+    spec = importlib.util.spec_from_file_location(f"benchmark_{path.stem}", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.rows()
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _print(name: str, rows: list[Row]) -> None:
+    table = Table(title=name)
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    for column in columns:
+        table.add_column(column)
+    for row in rows:
+        table.add_row(*(_shown(row.get(column, "")) for column in columns))
+    console().print(table)
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Run it. Raises TowlineError if there is no such benchmark."""
+    found = {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
+    wanted = list(found) if arguments.name == "all" else [arguments.name]
+    unknown = [name for name in wanted if name not in found]
+    if unknown or not found:
+        raise TowlineError(f"no benchmark {arguments.name}; there are {', '.join(found) or 'none in this installation'}")
+    results = {}
+    for name in wanted:
+        console().print(f"measuring {name} ...")
+        results[name] = _rows(found[name])
+        if not arguments.json:
+            _print(name, results[name])
+    if arguments.json:
+        print_json({"rows": [{"benchmark": name, **row} for name, rows in results.items() for row in rows]})
+    return 0

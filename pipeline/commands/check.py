@@ -1,0 +1,43 @@
+"""towline check: validate a scenario and show what would run."""
+
+from __future__ import annotations
+
+import argparse
+
+from rich.table import Table
+
+from pipeline.commands.output import console, print_json
+from pipeline.graph import Graph
+from pipeline.scenario import load_scenario
+from pipeline.wiring import build_graph
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's arguments."""
+    parser.add_argument("scenario", help="scenario YAML")
+    parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter")
+
+
+def _order(graph: Graph) -> list[str]:
+    names = [node.name for node in graph.nodes]
+    return [" | ".join("+".join(names[i] for i in group) for group in stage) for stage in graph.stages]
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Check it; errors are raised as ScenarioError or WiringError."""
+    graph = build_graph(load_scenario(arguments.scenario, arguments.set))
+    seconds = graph.ticks * graph.base_ns / 1e9
+    if arguments.json:
+        components = {node.name: {"model": node.model, "period_s": node.period * graph.base_ns / 1e9} for node in graph.nodes}
+        print_json({"ok": True, "simulated_s": seconds, "ticks": graph.ticks, "order": _order(graph), "components": components})
+        return 0
+    table = Table(title=f"{arguments.scenario}: fine, {seconds:g} s in {graph.ticks} steps of {graph.base_ns / 1e6:g} ms")
+    for column in ("component", "model", "period", "outputs", "assumes"):
+        table.add_column(column)
+    for node in graph.nodes:
+        outputs = ", ".join(f"{port.name} [{port.unit}]" for port in node.outputs)
+        table.add_row(node.name, node.model, f"{node.period * graph.base_ns / 1e6:g} ms", outputs, node.component.assumptions)
+    out = console()
+    out.print(table)
+    out.print(f"order of execution: {' -> '.join(_order(graph))}")
+    return 0

@@ -1,0 +1,74 @@
+"""What commands share in talking to a person: the console, the progress bar, and JSON."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from components import compiled
+from pipeline import native_loop
+from pipeline.graph import Graph
+
+NOTICE_S = 0.1  # a bar is drawn at most this often
+
+
+def console() -> Console:
+    """Where people read: standard error, so that standard output stays for results."""
+    return Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def print_json(value: Any) -> None:
+    """One JSON object on standard output; dataclasses become objects, non-finite numbers null."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = dataclasses.asdict(value)
+    print(json.dumps(value))
+
+
+def say_compiling(graph: Graph, quiet: bool) -> None:
+    """Name the components that are about to be compiled for the first time."""
+    fresh = sorted({n.component.name for n in graph.nodes if not compiled.is_cached(n.component)})
+    fresh += [] if compiled.is_source_cached(native_loop.__file__) else ["the loop"]
+    if fresh and not quiet:
+        console().print(f"compiling {', '.join(fresh)} (once; kept in {compiled.cache_folder()})")
+
+
+def warn(text: str) -> None:
+    """A warning on standard error, also under --json."""
+    print(f"towline: warning: {text}", file=sys.stderr)
+
+
+@contextmanager
+def progress_bar(title: str, end_s: float, start_s: float = 0.0, quiet: bool = False) -> Iterator[Callable[[float], None]]:
+    """A bar with simulated time and real-time factor; yields the function that takes simulated seconds."""
+    if quiet:
+        yield lambda _: None
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=30),
+        TaskProgressColumn(),
+        TextColumn("{task.completed:.1f} / {task.total:.1f} s"),
+        TextColumn("{task.fields[factor]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console(), transient=True) as bar:
+        task = bar.add_task(title, total=end_s, completed=start_s, factor="")
+        began = drawn = time.monotonic()
+
+        def update(simulated_s: float) -> None:
+            nonlocal drawn
+            now = time.monotonic()
+            if now - drawn >= NOTICE_S:
+                drawn = now
+                factor = f"{(simulated_s - start_s) / (now - began):.4g} x real time"
+                bar.update(task, completed=simulated_s, factor=factor)
+
+        yield update

@@ -1,0 +1,59 @@
+"""towline replay: run one component again from a log's inputs and compare."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from rich.table import Table
+
+from pipeline.commands.output import console, print_json, warn
+from pipeline.errors import LogError
+from pipeline.log.reader import open_log
+from pipeline.log.recorder import ChannelSpec, Recorder
+from pipeline.replay import Replay, replay_component
+from pipeline.rerun import graph_of, other_sources
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's arguments."""
+    parser.add_argument("log", type=Path, help="a log")
+    parser.add_argument("--component", required=True, metavar="NAME", help="the component to run again")
+    parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter of it")
+    parser.add_argument("--out", type=Path, metavar="F", help="write its new outputs to this log")
+
+
+def _write(replay: Replay, spec: ChannelSpec, out: Path) -> None:
+    rows = np.column_stack([replay.times_ns.view(np.float64), replay.outputs])
+    with Recorder(out, [spec], attachments={}, metadata={"replay": {"component": replay.component}}) as recorder:
+        recorder.rows(0, np.ascontiguousarray(rows))
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Replay it; exit status 1 if nothing was changed and the outputs still differ."""
+    log = open_log(arguments.log)
+    for text in (log.warning, other_sources(log)):
+        if text:
+            warn(text)
+    foreign = [s for s in arguments.set if not s.startswith(f"{arguments.component}.")]
+    if foreign:
+        raise LogError(f"--set {foreign[0]}: only parameters of {arguments.component} can change, the rest is replayed")
+    graph = graph_of(log)[1]
+    changed = graph_of(log, arguments.set)[1] if arguments.set else graph
+    replay = replay_component(log, graph, arguments.component, changed)
+    if arguments.out:
+        node = next(n for n in changed.nodes if n.name == replay.component)
+        _write(replay, ChannelSpec(node.name, node.outputs, {"kind": "component"}), arguments.out)
+    if arguments.json:
+        ports = {name: {"max_abs": value} for name, value in replay.ports.items()}
+        print_json({"component": replay.component, "identical": replay.identical, "steps": len(replay.times_ns) - 1, "ports": ports})
+    else:
+        verdict = "identical to the log" if replay.identical else "different from the log"
+        table = Table(title=f"{replay.component}: {len(replay.times_ns) - 1} steps, {verdict}")
+        table.add_column("port")
+        table.add_column("max |replayed - logged|", justify="right")
+        for name, value in replay.ports.items():
+            table.add_row(name, "-" if value is None else f"{value:.4g}")
+        console().print(table)
+    return 0 if replay.identical or arguments.set else 1

@@ -1,0 +1,75 @@
+"""towline run: run a scenario into a log, with a progress bar and a summary."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pipeline.commands.output import console, print_json, progress_bar, say_compiling
+from pipeline.commands.summary import print_summary
+from pipeline.errors import TowlineError
+from pipeline.log.recorder import CHUNK_BYTES
+from pipeline.run import Options, default_log, run_scenario
+from pipeline.scenario import load_scenario
+from pipeline.wiring import build_graph
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's arguments."""
+    parser.add_argument("scenario", help="scenario YAML")
+    parser.add_argument("--out", type=Path, metavar="F", help="the log (default: logs/NAME-DATE-TIME.mcap)")
+    parser.add_argument("--overwrite", action="store_true", help="replace the log if it exists")
+    parser.add_argument("--bus", choices=["local", "zenoh"], help="where components run (default: the scenario's)")
+    parser.add_argument("--until", metavar="10s", help="simulated time to run to (default: the scenario's duration)")
+    parser.add_argument("--rate", type=_positive, metavar="1", help="simulated seconds per second (default: as fast as it goes)")
+    parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter")
+    add_recording_arguments(parser)
+
+
+def add_recording_arguments(parser: argparse.ArgumentParser) -> None:
+    """How the log is written."""
+    parser.add_argument("--compression", choices=["zstd", "lz4", "none"], default="zstd", help="of the log")
+    parser.add_argument("--chunk-bytes", type=_bytes, default=CHUNK_BYTES, metavar="N", help="of the log, uncompressed")
+    parser.add_argument("--no-scene", action="store_true", help="leave the 3D scene out of the log")
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError("must be positive and finite")
+    return value
+
+
+def _bytes(text: str) -> int:
+    value = int(text)
+    if not 1024 <= value <= 1 << 30:
+        raise argparse.ArgumentTypeError("must be between 1024 and 1073741824")
+    return value
+
+
+def options_of(arguments: argparse.Namespace) -> Options:
+    """Recording options as given."""
+    return Options(
+        compression=arguments.compression,
+        chunk_bytes=arguments.chunk_bytes,
+        scene=not arguments.no_scene,
+        rate=getattr(arguments, "rate", None),
+        overwrite=arguments.overwrite,
+    )
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Run it."""
+    scenario = load_scenario(arguments.scenario, arguments.set, arguments.until)
+    if (arguments.bus or scenario.bus) != "local":
+        raise TowlineError("bus zenoh: not in this version; run with --bus local")
+    graph = build_graph(scenario)
+    say_compiling(graph, arguments.json)
+    out = arguments.out or default_log(scenario.name)
+    with progress_bar(scenario.name, graph.ticks * graph.base_ns / 1e9, quiet=arguments.json) as progress:
+        result = run_scenario(scenario, graph, out, options_of(arguments), progress)
+    if arguments.json:
+        print_json(result)
+    else:
+        print_summary(console(), result)
+    return 0

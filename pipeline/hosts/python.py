@@ -1,0 +1,36 @@
+"""Host of components that are Python callables: the same C signature, called back from the compiled loop."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from components.contract import Kernel
+
+_C_FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 5)
+RAISED = -1
+
+
+class PythonHost:
+    """C entry points around Python functions; an exception becomes status RAISED and is kept in `error`."""
+
+    def __init__(self, init: Kernel, step: Kernel, vectors: Sequence[np.ndarray]):
+        """vectors: p, u, x, y, w as the loop will use them, for as long as this host lives."""
+        self.error: BaseException | None = None
+        self._vectors = tuple(vectors)
+        self._keep = [_C_FUNCTION(self._guard(function)) for function in (init, step)]
+        self.init, self.step = (ctypes.cast(f, ctypes.c_void_p).value or 0 for f in self._keep)
+
+    def _guard(self, function: Kernel) -> Callable[..., int]:
+        vectors = self._vectors
+
+        def guarded(t_ns: int, dt_ns: int, *_: int) -> int:
+            try:
+                return int(function(t_ns, dt_ns, *vectors))
+            except BaseException as error:  # the C caller cannot pass it on; the conductor raises it again
+                self.error = error
+                return RAISED
+
+        return guarded

@@ -1,0 +1,1 @@
+"""The log of a run: one MCAP file, written in bulk and read back as arrays."""

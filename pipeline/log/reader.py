@@ -1,0 +1,288 @@
+"""Reads a log back as arrays: messages are found through the chunks' indexes and gathered without a loop over them."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Attachment, ChunkIndex, Message, Metadata
+
+from components.contract import Port
+from pipeline.errors import LogError
+from pipeline.log.contents import DAMAGE, PREFIX, chunk_data, index_entries, read_contents
+from pipeline.log.conventions import (
+    CHECKSUM_KEY,
+    EVENTS,
+    PORTS_KEY,
+    PROFILE,
+    SNAPSHOTS,
+    Event,
+    Snapshot,
+    metadata_checksum,
+)
+from pipeline.log.schema import describe, ports_from_json, template
+from pipeline.log.template import Template
+
+if TYPE_CHECKING:
+    import pandas
+
+_CRC_BYTES = 4
+
+
+@dataclass(frozen=True)
+class ChannelInfo:
+    """A component's channel in a log. metadata: as given to the recorder."""
+
+    name: str
+    ports: tuple[Port, ...]
+    count: int
+    metadata: Mapping[str, str]
+    number: int
+    template: Template
+
+    def port(self, name: str) -> tuple[Port, slice]:
+        """The port of this name and its floats' place in a row. Raises LogError if there is none."""
+        first = 0
+        for port in self.ports:
+            if port.name == name:
+                return port, slice(first, first + port.size)
+            first += port.size
+        raise LogError(f"channel {self.name} has no port {name}; it has {', '.join(p.name for p in self.ports)}")
+
+
+def open_log(path: Path | str) -> Log:
+    """Open a log, whole or interrupted.
+
+    Raises LogError if there is no such file, or it is empty, not MCAP, not Towline's or damaged beyond reading.
+    """
+    return Log(Path(path))
+
+
+class Log:
+    """An open log. Methods that read messages raise LogError if what they need is damaged, never give wrong numbers."""
+
+    def __init__(self, path: Path):
+        """See open_log."""
+        self.path = path
+        try:
+            self._file = open(path, "rb")  # noqa: SIM115 - closed by close
+        except OSError as error:
+            raise LogError(f"{path}: cannot open the log: {error.strerror}") from error
+        try:
+            contents = read_contents(self._file)
+            if contents.profile != PROFILE:
+                raise ValueError(f"the file is MCAP, but not a log of Towline (its profile is {contents.profile!r})")
+            self._summary = contents.summary
+            self.complete = contents.whole
+            statistics = contents.summary.statistics
+            if statistics is None:
+                raise ValueError("the file has no statistics")
+            self.start_ns, self.end_ns = statistics.message_start_time, statistics.message_end_time
+            self.channels = self._read_channels(statistics.channel_message_counts)
+        except (OSError, *DAMAGE) as error:
+            self._file.close()
+            raise LogError(f"{path}: {error}") from error
+
+    @property
+    def warning(self) -> str:
+        """What the user should know before trusting the log; empty if it is whole."""
+        if self.complete:
+            return ""
+        return f"{self.path} was interrupted: readable up to {self.end_ns * 1e-9:.6g} s of simulated time"
+
+    def _read_channels(self, counts: Mapping[int, int]) -> dict[str, ChannelInfo]:
+        """The components' channels by name, in the order of recording. counts: messages by MCAP channel."""
+        found = {}
+        for number, channel in sorted(self._summary.channels.items()):
+            if PORTS_KEY not in channel.metadata:
+                continue
+            ports = ports_from_json(channel.metadata[PORTS_KEY])
+            schema = self._summary.schemas[channel.schema_id]
+            if FileDescriptorSet.FromString(schema.data) != describe(channel.topic, ports):
+                raise ValueError(f"the schema of channel {channel.topic} does not fit its ports")
+            facts = {key: value for key, value in channel.metadata.items() if key != PORTS_KEY}
+            info = ChannelInfo(channel.topic, ports, counts.get(number, 0), facts, number, template(ports))
+            found[channel.topic] = info
+        return found
+
+    def channel(self, name: str) -> ChannelInfo:
+        """What is known of a component's channel. Raises LogError if the log has no such channel."""
+        if name not in self.channels:
+            raise LogError(f"{self.path} has no channel {name}; it has {', '.join(self.channels) or 'none'}")
+        return self.channels[name]
+
+    def read(self, names: Sequence[str] | None = None) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Times (k,) int64 [ns] and values (k, n) float64 of several channels (None: all), in one pass."""
+        wanted = [self.channel(name) for name in (self.channels if names is None else names)]
+        times = {one.number: np.empty(one.count, np.int64) for one in wanted}
+        values = {one.number: np.empty((one.count, one.template.floats)) for one in wanted}
+        done = {one.number: 0 for one in wanted}
+        for chunk in self._chunks([one.number for one in wanted]):
+            for one in wanted:
+                if one.number not in chunk.index.message_index_offsets:
+                    continue
+                records = chunk.gather(one)
+                part = slice(done[one.number], done[one.number] + len(records))
+                if part.stop > one.count:
+                    raise LogError(f"{self.path}: channel {one.name} holds more messages than its {one.count}")
+                times[one.number][part] = records["log_time"]
+                one.template.copy_floats(records, values[one.number][part])
+                done[one.number] = part.stop
+        for one in wanted:
+            if done[one.number] != one.count:
+                raise LogError(f"{self.path}: channel {one.name} holds {done[one.number]} of {one.count} messages")
+        return {one.name: (times[one.number], values[one.number]) for one in wanted}
+
+    def times(self, name: str) -> np.ndarray:
+        """Simulated times of a channel's messages: (k,) int64 [ns]."""
+        return self.read([name])[name][0]
+
+    def values(self, name: str) -> np.ndarray:
+        """A channel's numbers: (k, n) float64, ports one after the other, arrays row-major."""
+        return self.read([name])[name][1]
+
+    def port(self, name: str, port: str) -> np.ndarray:
+        """One port of a channel: (k, *shape) float64."""
+        found, part = self.channel(name).port(port)
+        values = self.values(name)[:, part]
+        return values.reshape(len(values), *found.shape)
+
+    def frame(self, name: str) -> pandas.DataFrame:
+        """A channel as a table: index time [s], a column a float, attrs["units"]; see pipeline.log.table."""
+        from pipeline.log import table  # pandas and pyarrow take half a second to import
+
+        return table.frame(self, name)
+
+    def _chunks(self, numbers: Sequence[int], backwards: bool = False) -> Iterator[_OpenChunk]:
+        """The chunks that hold messages of these MCAP channels, in order of the file or from its end."""
+        chunks = self._summary.chunk_indexes
+        for index in reversed(chunks) if backwards else chunks:
+            if any(number in index.message_index_offsets for number in numbers):
+                yield _OpenChunk(self, index)
+
+    def events(self) -> list[tuple[int, str]]:
+        """What happened: (time [ns], text), in order."""
+        return [(t_ns, Event.FromString(data).text) for t_ns, data in self._remarks(EVENTS)]
+
+    def snapshots(self, backwards: bool = False) -> Iterator[tuple[int, bytes]]:
+        """The run's snapshots: (time [ns], state), in order or from the last one back, read one by one."""
+        for t_ns, data in self._remarks(SNAPSHOTS, backwards):
+            yield t_ns, Snapshot.FromString(data).state
+
+    def last_snapshot(self) -> tuple[int, bytes] | None:
+        """The last snapshot, found from the end of the log, or None."""
+        return next(self.snapshots(backwards=True), None)
+
+    def _remarks(self, topic: str, backwards: bool = False) -> Iterator[tuple[int, bytes]]:
+        """Times and payloads of a channel whose messages have no fixed shape."""
+        for number in [n for n, channel in self._summary.channels.items() if channel.topic == topic]:
+            for chunk in self._chunks([number], backwards):
+                messages = chunk.messages(number)
+                yield from reversed(messages) if backwards else messages
+
+    def attachment(self, name: str) -> bytes:
+        """The attached file of this name. Raises LogError if there is none, or its checksum is wrong."""
+        for index in self._summary.attachment_indexes:
+            if index.name == name:
+                record = self._record(index.offset, index.length, Opcode.ATTACHMENT, f"attachment {name}")
+                protected, checksum = record[:-_CRC_BYTES], int.from_bytes(record[-_CRC_BYTES:], "little")
+                if zlib.crc32(protected) != checksum:
+                    raise LogError(f"{self.path}: attachment {name} is damaged (its checksum is wrong)")
+                return Attachment.read(ReadDataStream(BytesIO(record))).data
+        raise LogError(f"{self.path} has no attachment {name}")
+
+    def metadata(self, name: str) -> dict[str, str]:
+        """The last metadata record of this name, {} if there is none. Raises LogError if its checksum is wrong."""
+        for index in reversed(self._summary.metadata_indexes):
+            if index.name == name:
+                record = self._record(index.offset, index.length, Opcode.METADATA, f"metadata {name}")
+                try:
+                    pairs = Metadata.read(ReadDataStream(BytesIO(record))).metadata
+                except DAMAGE as error:
+                    raise LogError(f"{self.path}: metadata {name} is damaged ({error})") from error
+                if pairs.pop(CHECKSUM_KEY, "") != metadata_checksum(pairs):
+                    raise LogError(f"{self.path}: metadata {name} is damaged (its checksum is wrong)")
+                return pairs
+        return {}
+
+    def _record(self, offset: int, length: int, opcode: Opcode, what: str) -> bytes:
+        """The content of the record that an index names."""
+        self._file.seek(offset)
+        record = self._file.read(length)
+        if len(record) != length or record[:1] != bytes([opcode]):
+            raise LogError(f"{self.path}: {what} is damaged")
+        return record[PREFIX.size :]
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        """The log itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the file."""
+        self.close()
+
+
+class _OpenChunk:
+    """A chunk's records in memory. Raises LogError if it is damaged."""
+
+    def __init__(self, log: Log, index: ChunkIndex):
+        self.index = index
+        self._file = log._file
+        start, end = index.message_start_time * 1e-9, index.message_end_time * 1e-9
+        self._place = f"{log.path}: the chunk at byte {index.chunk_start_offset} ({start:.6g} to {end:.6g} s)"
+        try:
+            self._data = chunk_data(self._file, index)
+        except (OSError, *DAMAGE) as error:
+            raise LogError(f"{self._place} is damaged ({error})") from error
+
+    def _entries(self, number: int) -> np.ndarray:
+        """Times and offsets of a channel's messages, in order of time: (k, 2) uint64."""
+        try:
+            channel, entries = index_entries(self._file, self.index.message_index_offsets[number])
+        except (OSError, *DAMAGE) as error:
+            raise LogError(f"{self._place} has a damaged message index ({error})") from error
+        if channel != number:
+            raise LogError(f"{self._place} has a damaged message index")
+        return entries
+
+    def gather(self, channel: ChannelInfo) -> np.ndarray:
+        """The channel's records in this chunk, in order of time: (k,) of its template's `record`."""
+        entries = self._entries(channel.number)
+        try:
+            records = channel.template.gather(self._data, entries[:, 1])
+        except ValueError as error:
+            raise LogError(f"{self._place}, channel {channel.name}: {error}") from error
+        ordered = bool((entries[1:, 1] > entries[:-1, 1]).all())
+        fits = channel.template.agrees(records, channel.number) and bool((records["log_time"] == entries[:, 0]).all())
+        if not (ordered and fits):
+            raise LogError(f"{self._place}, channel {channel.name}: its messages do not stand where the index says")
+        return records
+
+    def messages(self, number: int) -> list[tuple[int, bytes]]:
+        """Times and payloads of a channel's messages in this chunk, in order of time."""
+        found = []
+        for t_ns, offset in self._entries(number).tolist():
+            try:
+                opcode, length = PREFIX.unpack_from(self._data, offset)
+                message = Message.read(ReadDataStream(BytesIO(self._data[offset + PREFIX.size :][:length])), length)
+            except DAMAGE as error:
+                raise LogError(f"{self._place} has a damaged message index ({error})") from error
+            if opcode != Opcode.MESSAGE or message.channel_id != number or message.log_time != t_ns:
+                raise LogError(f"{self._place} has a damaged message index")
+            found.append((t_ns, message.data))
+        return found

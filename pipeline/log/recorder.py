@@ -1,0 +1,301 @@
+"""Writes a run into one MCAP file: rows of floats become protobuf messages in bulk, in chunks merged by time."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from io import BufferedWriter
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.message import Message
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import LIBRARY_IDENTIFIER, CompressionType
+
+from components.contract import Port
+from pipeline.errors import LogError
+from pipeline.log.chunk import Block, Writer
+from pipeline.log.conventions import (
+    CHECKSUM_KEY,
+    EVENTS,
+    PORTS_KEY,
+    PROFILE,
+    SNAPSHOTS,
+    Event,
+    Snapshot,
+    metadata_checksum,
+)
+from pipeline.log.scene import Drawing, drawings, keep_at_rate
+from pipeline.log.schema import describe, describe_message, message_name, ports_to_json, template
+from pipeline.log.template import Template
+
+CHUNK_BYTES = 1 << 20
+SCENE_PERIOD_NS = 40_000_000  # 25 Hz
+_HELD_CHUNKS = 8  # rows of one slice held back for merging by time never take more than this many chunks
+_COMPRESSIONS = {"zstd": CompressionType.ZSTD, "lz4": CompressionType.LZ4, "none": CompressionType.NONE}
+_MEDIA_TYPES = {".yaml": "application/yaml", ".json": "application/json", ".csv": "text/csv"}
+
+
+def pack_rows(t_ns: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Rows as `Recorder.rows` takes them, (k, 1 + n) float64, from times (k,) [ns] and values (k, n)."""
+    rows = np.empty((len(t_ns), 1 + values.shape[1]))
+    rows[:, 0] = np.asarray(t_ns, np.int64).view(np.float64)
+    rows[:, 1:] = values
+    return rows
+
+
+@dataclass(frozen=True)
+class ChannelSpec:
+    """A component's channel: its name (the topic), output ports and facts worth keeping (model, period, ...)."""
+
+    name: str
+    ports: tuple[Port, ...]
+    metadata: Mapping[str, str] = field(default_factory=dict)
+
+
+class _Stream:
+    """What turns a component's rows into messages of one MCAP channel, and the rows held back for merging by time."""
+
+    def __init__(self, channel: int, template: Template):
+        self.channel = channel
+        self.template = template
+        self.t_ns: list[np.ndarray] = []
+        self.rows: list[np.ndarray] = []
+
+    def hold(self, t_ns: np.ndarray, rows: np.ndarray) -> int:
+        """Keep rows (k, n) for later; the number of bytes they will take."""
+        self.t_ns.append(t_ns)
+        self.rows.append(rows)
+        return len(t_ns) * self.template.record_bytes
+
+    def release(self, sequence: int) -> Block:
+        """All rows held, numbered from `sequence`."""
+        block = Block(self.channel, sequence, self.template, np.concatenate(self.t_ns), np.concatenate(self.rows))
+        self.t_ns.clear()
+        self.rows.clear()
+        return block
+
+
+@dataclass
+class _Source:
+    """A component's channel: its messages, and what viewers draw of them."""
+
+    name: str
+    stream: _Stream
+    drawings: list[tuple[Drawing, _Stream]]
+    last_ns: int = -1
+
+
+def _create(path: Path, overwrite: bool) -> BufferedWriter:
+    """A new file, and its folder. Raises LogError if it exists or cannot be made."""
+    if path.exists() and not overwrite:
+        raise LogError(f"{path} exists already; choose another name or allow overwriting")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return open(path, "wb" if overwrite else "xb")
+    except OSError as error:
+        raise LogError(f"{path}: cannot create the log: {error.strerror}") from error
+
+
+class Recorder:
+    """An open log. Times are simulated nanoseconds from 0 on; a channel's rows come in order of time.
+
+    Rows are held until the next slice of simulated time begins and a chunk is full, so that chunks follow each other
+    in time. On leaving the `with` block after an exception the file is left without its end, as an interrupted log.
+    All methods raise LogError if the file cannot be written; what was written before stays readable as interrupted.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        channels: Sequence[ChannelSpec],
+        *,
+        attachments: Mapping[str, bytes] | None = None,
+        metadata: Mapping[str, Mapping[str, str]] | None = None,
+        compression: str = "zstd",
+        chunk_bytes: int = CHUNK_BYTES,
+        scene_period_ns: int = SCENE_PERIOD_NS,
+        overwrite: bool = False,
+    ):
+        """Create the file, its folder too, and write all that is known before the first step.
+
+        channels: in the order that `rows` counts them. compression: zstd, lz4 or none. chunk_bytes: when a chunk is
+        finished, before compression. scene_period_ns: 0 leaves the channels for 3D viewers out.
+        """
+        if compression not in _COMPRESSIONS:
+            raise LogError(f"compression {compression!r} is not known; use one of {', '.join(_COMPRESSIONS)}")
+        schemas = [describe(spec.name, spec.ports) for spec in channels]  # may refuse, so before there is a file
+        self.path = Path(path)
+        self._chunk_bytes = chunk_bytes
+        self._scene_period_ns = scene_period_ns
+        self._held: list[_Stream] = []
+        self._held_bytes = 0
+        self._horizon_ns = -1
+        self._sequences: dict[int, int] = defaultdict(int)
+        self._topics: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._file = _create(self.path, overwrite)
+        self._open = True
+        self._writer = Writer(
+            self._file, chunk_size=chunk_bytes, compression=_COMPRESSIONS[compression], enable_data_crcs=True
+        )
+        with self._guarded():
+            self._writer.start(PROFILE, LIBRARY_IDENTIFIER)
+            self._sources = [self._source(*both) for both in zip(channels, schemas, strict=True)]
+            self._events = self._channel(EVENTS, Event)
+            self._snapshots = self._channel(SNAPSHOTS, Snapshot)
+            for name, data in (attachments or {}).items():
+                media_type = _MEDIA_TYPES.get(Path(name).suffix, "application/octet-stream")
+                self._writer.add_attachment(0, 0, name, media_type, data)
+            for name, pairs in (metadata or {}).items():
+                self.add_metadata(name, pairs)
+            self._file.flush()
+
+    def _source(self, spec: ChannelSpec, described: FileDescriptorSet) -> _Source:
+        """Register a component's channel and those of its drawings."""
+        data = described.SerializeToString(deterministic=True)
+        schema = self._writer.register_schema(message_name(spec.name), SchemaEncoding.Protobuf, data)
+        pairs = {**spec.metadata, PORTS_KEY: ports_to_json(spec.ports)}
+        channel = self._writer.register_channel(spec.name, MessageEncoding.Protobuf, schema, pairs)
+        found = drawings(spec.name, spec.ports) if self._scene_period_ns else []
+        drawn = [(one, _Stream(self._channel(one.topic, one.message), one.template)) for one in found]
+        return _Source(spec.name, _Stream(channel, template(spec.ports)), drawn)
+
+    def _channel(self, topic: str, message: type[Message]) -> int:
+        """The MCAP channel of a topic with a ready-made message type, registered at its first mention."""
+        name = message.DESCRIPTOR.full_name
+        if name not in self._schemas:
+            data = describe_message(message).SerializeToString(deterministic=True)
+            self._schemas[name] = self._writer.register_schema(name, SchemaEncoding.Protobuf, data)
+        if topic not in self._topics:
+            self._topics[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[name])
+        return self._topics[topic]
+
+    def rows(self, channel: int, rows: np.ndarray) -> None:
+        """Append messages to the channel of this number.
+
+        rows: (k, 1 + n) float64, column 0 holds the bits of int64 nanoseconds, the others the n floats of the ports.
+        The array may be used again after the call. Raises LogError if time is negative or goes back.
+        """
+        if len(rows) == 0:
+            return
+        source = self._sources[channel]
+        rows = np.array(rows, np.float64, order="C")
+        if rows.shape[1] != 1 + source.stream.template.floats:
+            expected = 1 + source.stream.template.floats
+            raise LogError(f"channel {source.name}: rows have {rows.shape[1]} columns where {expected} are expected")
+        t_ns = rows[:, 0].view(np.int64)
+        if t_ns[0] < max(source.last_ns, 0) or (np.diff(t_ns) < 0).any():
+            raise LogError(f"channel {source.name}: time is negative or goes back after {source.last_ns} ns")
+        with self._guarded():
+            self._write_if_enough(int(t_ns[0]))
+            self._hold(source.stream, t_ns, rows[:, 1:])
+            for drawing, stream in source.drawings:
+                kept = keep_at_rate(t_ns, self._scene_period_ns, source.last_ns)
+                self._hold(stream, t_ns[kept], drawing.floats(rows[kept, 1:]))
+        source.last_ns = int(t_ns[-1])
+
+    def event(self, t_ns: int, text: str) -> None:
+        """Record what happened at t_ns."""
+        self._remark(self._events, t_ns, Event(text=text))
+
+    def snapshot(self, t_ns: int, state: bytes) -> None:
+        """Record the whole state of the run at t_ns, to resume from."""
+        self._remark(self._snapshots, t_ns, Snapshot(state=state))
+
+    def _remark(self, channel: int, t_ns: int, message: Message) -> None:
+        stream = _Stream(channel, Template(message.SerializeToString(), ()))
+        with self._guarded():
+            self._hold(stream, np.array([t_ns], np.int64), np.empty((1, 0)))
+
+    def add_metadata(self, name: str, pairs: Mapping[str, str]) -> None:
+        """Add a record of facts known only now, e.g. how the run ended."""
+        with self._guarded():
+            self._writer.add_metadata(name, {**pairs, CHECKSUM_KEY: metadata_checksum(pairs)})
+
+    def _hold(self, stream: _Stream, t_ns: np.ndarray, rows: np.ndarray) -> None:
+        if len(t_ns) == 0:
+            return
+        if stream not in self._held:
+            self._held.append(stream)
+        self._held_bytes += stream.hold(t_ns, rows)
+        self._horizon_ns = max(self._horizon_ns, int(t_ns[-1]))
+
+    def _write_if_enough(self, t_ns: int) -> None:
+        """Write what is held if it fills a chunk and a new slice begins at t_ns, or if it is too much to hold."""
+        begins_slice = t_ns > self._horizon_ns
+        if self._held_bytes >= (self._chunk_bytes if begins_slice else _HELD_CHUNKS * self._chunk_bytes):
+            self._write_held()
+
+    def _write_held(self) -> None:
+        blocks = []
+        for stream in self._held:
+            block = stream.release(self._sequences[stream.channel])
+            self._sequences[stream.channel] += len(block.t_ns)
+            blocks.append(block)
+        self._held.clear()
+        self._held_bytes = 0
+        if blocks:
+            self._writer.add_blocks(blocks)
+
+    def flush(self) -> None:
+        """Write everything so far: a process killed after this leaves a log that is readable up to here."""
+        with self._guarded():
+            self._write_held()
+            self._writer.flush()
+
+    def close(self) -> None:
+        """Write everything and the end of the file, without which a log counts as interrupted."""
+        if not self._open:
+            return
+        with self._guarded():
+            self._write_held()
+            self._writer.finish()
+            self._file.close()
+        self._open = False
+
+    def abort(self) -> None:
+        """Close the file without its end, keeping what can still be written."""
+        if not self._open:
+            return
+        with suppress(LogError):
+            self.flush()
+        self._drop()
+
+    def _drop(self) -> None:
+        """Close the file as it is; what Python holds in its buffer is lost."""
+        self._open = False
+        with suppress(OSError):
+            self._file.raw.close()
+
+    @contextmanager
+    def _guarded(self) -> Iterator[None]:
+        """Turn a failed write into a LogError and leave the file as it is."""
+        if not self._open:
+            raise LogError(f"{self.path}: the log is closed")
+        try:
+            yield
+        except OSError as error:
+            self._drop()
+            raise LogError(
+                f"{self.path}: cannot write the log: {error.strerror or error}; "
+                "what was written before stays readable as an interrupted log"
+            ) from error
+
+    def __enter__(self) -> Self:
+        """The recorder itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the log, or leave it interrupted after an exception."""
+        if kind is None:
+            self.close()
+        else:
+            self.abort()

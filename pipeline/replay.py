@@ -1,0 +1,186 @@
+"""Runs one component again from the inputs that a log holds, and compares its outputs with the logged ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+
+from pipeline import native_loop as loop
+from pipeline.errors import LogError, StepError
+from pipeline.events import EventClock
+from pipeline.graph import Event, Graph, Node, Term
+from pipeline.log.reader import Log
+from pipeline.memory import lay_out
+
+
+@dataclass(frozen=True)
+class Replay:
+    """steps: (k,) times [ns]; outputs: (k, n_y); ports: largest absolute difference from the log, by port.
+
+    A port that the log does not hold in this shape has None.
+    """
+
+    component: str
+    times_ns: np.ndarray
+    outputs: np.ndarray
+    identical: bool
+    ports: dict[str, float | None]
+
+
+class _Signals:
+    """The board's history as far as the log holds it, by producer."""
+
+    def __init__(self, log: Log, graph: Graph):
+        self._log = log
+        self._graph = graph
+        self._values: dict[int, np.ndarray] = {}
+
+    def steps(self, j: int) -> np.ndarray:
+        """Outputs of node j at all its steps: (k, n_y). Raises LogError if they were not all recorded."""
+        if j not in self._values:
+            node = self._graph.nodes[j]
+            if node.record_every != 1 or node.name not in self._log.channels:
+                every = f"every {node.record_every} steps" if node.record_every else "never"
+                raise LogError(
+                    f"{self._log.path}: {node.name} was recorded {every}; replay needs every step of it: "
+                    f"remove `record` of {node.name} in the scenario and run again"
+                )
+            self._values[j] = self._log.values(node.name)
+        return self._values[j]
+
+    def column(self, index: int, ticks: np.ndarray) -> np.ndarray:
+        """Signal at a board index as it stood after each of the ticks."""
+        j = next(j for j, node in enumerate(self._graph.nodes) if index < node.start + _width(node))
+        values = self.steps(j)[:, index - self._graph.nodes[j].start]
+        return values[ticks // self._graph.nodes[j].period]
+
+    def last_tick(self, j: int) -> int:
+        """Last tick up to which node j's outputs are known."""
+        period = self._graph.nodes[j].period
+        return len(self.steps(j)) * period - 1
+
+
+def _width(node: Node) -> int:
+    return sum(port.size for port in node.outputs)
+
+
+def _producers(graph: Graph, node: Node) -> list[int]:
+    """Indices of the nodes whose outputs a node's terms read."""
+    read = {term.source for term in node.terms if term.gain != 0.0}
+    return [j for j, other in enumerate(graph.nodes) if any(other.start <= s < other.start + _width(other) for s in read)]
+
+
+def _addend(term: Term, signals: _Signals, ticks: np.ndarray) -> np.ndarray:
+    """Values of one term at a node's steps: (k, count); as gather() in the loop, operation by operation."""
+    value = np.zeros((len(ticks), term.count))
+    if term.gain != 0.0:
+        seen = np.maximum(ticks - 1, 0) if term.delayed else ticks
+        columns = [signals.column(term.source + c, seen) for c in range(term.count)]
+        source = np.stack(columns, axis=1)
+        if term.delayed:
+            source[0] = term.initial or 0.0
+        value = source if term.gain == 1.0 and not term.offset else term.gain * source
+    return value + np.array(term.offset) if term.offset else value
+
+
+def _inputs(log: Log, graph: Graph, i: int) -> tuple[np.ndarray, np.ndarray]:
+    """Ticks of node i's steps that can be replayed, from t0 on, and its inputs at each: (k,), (k, n_u)."""
+    node = graph.nodes[i]
+    signals = _Signals(log, graph)
+    last = [signals.last_tick(j) for j in _producers(graph, node)]
+    ticks = np.arange(0, min([graph.ticks, *last]) + 1, node.period)
+    u = np.zeros((len(ticks), sum(port.size for port in node.inputs)))
+    for term in node.terms:
+        span = slice(term.target, term.target + term.count)
+        addend = _addend(term, signals, ticks)
+        u[:, span] = addend if term.assigns else addend + u[:, span]
+    for bond in graph.bonds:
+        if bond.body == i:
+            law = log.values(f"bond/{bond.name}")[:, : loop.LAW]
+            ticks, u = ticks[: len(law) + 1], u[: len(law) + 1]
+            u[1:, bond.target : bond.target + loop.LAW] = law[: len(u) - 1]
+    return ticks, u
+
+
+def _alone(graph: Graph, i: int, node: Node) -> Graph:
+    """A graph of one node, with the events that touch it."""
+    events = []
+    for event in graph.events:
+        sets = tuple((0, changes) for target, changes in event.set if target == i)
+        start, end = graph.nodes[i].start, graph.nodes[i].start + _width(graph.nodes[i])
+        adds = tuple((first - start, values) for first, values in event.add if start <= first < end)
+        if sets or adds:
+            events.append(Event(event.tick, sets, adds, event.until, event.text))
+    single = replace(node, start=0, terms=())
+    stages = (((0,),),)
+    return replace(graph, nodes=(single,), stages=stages, board=_width(single), bonds=(), events=tuple(events))
+
+
+@njit(nogil=True, cache=True, **loop.OPTIONS)
+def _step_through(k, u, y, first, end, start_ns, step_ns):
+    """Steps first..end-1 with inputs from u, outputs to y; the step that failed, else end."""
+    for s in range(first, end):
+        for c in range(u.shape[1]):
+            k.inputs[c] = u[s, c]
+        if loop.step_node(k, 0, start_ns + s * step_ns) != 0:
+            return s
+        for c in range(y.shape[1]):
+            y[s, c] = k.board[c]
+    return end
+
+
+def _compute(alone: Graph, u: np.ndarray, ticks: np.ndarray) -> np.ndarray:
+    """Outputs at every step: (k, n_y). Raises StepError."""
+    node = alone.nodes[0]
+    memory = lay_out(alone)
+    tables, events = memory.tables, EventClock(alone, memory)
+    y = np.empty((len(ticks), _width(node)))
+    tables.inputs[: u.shape[1]] = u[0]
+    loop.initialise(tables, memory.inits, 1, alone.start_ns)
+    y[0] = tables.board[: y.shape[1]]
+    done = 1
+    while done < len(ticks):
+        while (next_tick := events.next_tick()) is not None and next_tick < ticks[done]:
+            events.fire(next_tick)
+        end = len(ticks) if next_tick is None else int(np.searchsorted(ticks, next_tick, side="right"))
+        failed = _step_through(tables, u, y, done, end, alone.start_ns, node.period * alone.base_ns)
+        if failed < end:
+            t = (alone.start_ns + int(ticks[failed]) * alone.base_ns) / 1e9
+            raise StepError(f"{node.name} failed when replayed, at t = {t:.9g} s")
+        done = end
+    return y
+
+
+def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -> dict[str, float | None]:
+    before, at = {}, 0
+    for port in logged_node.outputs:
+        before[port.name] = (port.shape, logged[:, at : at + port.size])
+        at += port.size
+    differences: dict[str, float | None] = {}
+    at, k = 0, min(len(y), len(logged))
+    for port in node.outputs:
+        shape, values = before.get(port.name, (None, None))
+        same = values is not None and shape == port.shape
+        differences[port.name] = float(np.abs(y[:k, at : at + port.size] - values[:k]).max(initial=0.0)) if same else None
+        at += port.size
+    return differences
+
+
+def replay_component(log: Log, graph: Graph, name: str, changed: Graph) -> Replay:
+    """Run component `name` of `graph` again; `changed` is the same graph, maybe with other parameters of it.
+
+    Raises LogError if the component is unknown or an input was not recorded at every step, StepError if it fails.
+    """
+    names = [node.name for node in graph.nodes]
+    if name not in names:
+        raise LogError(f"{log.path}: no component {name}; it has {', '.join(names)}")
+    i = names.index(name)
+    ticks, u = _inputs(log, graph, i)
+    logged = _Signals(log, graph).steps(i)
+    y = _compute(_alone(changed, i, changed.nodes[i]), u, ticks)
+    k = min(len(y), len(logged))
+    identical = y.shape[1] == logged.shape[1] and y[:k].tobytes() == logged[:k].tobytes()
+    times = graph.start_ns + ticks * graph.base_ns
+    return Replay(name, times, y, identical, _compare(changed.nodes[i], y, graph.nodes[i], logged))

@@ -1,0 +1,59 @@
+"""Goes on with a run that was killed: rows up to the last snapshot are copied, the rest is computed."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.errors import LogError
+from pipeline.graph import Graph
+from pipeline.log.reader import Log
+from pipeline.rerun import other_sources
+from pipeline.run import RESULT, Options, Progress, Result, Run, channels
+from pipeline.scenario import Scenario
+from pipeline.snapshot import Snapshot
+
+
+def last_snapshot(log: Log) -> Snapshot:
+    """The snapshot to go on from. Raises LogError if the run ended or the log holds none."""
+    ended = log.metadata(RESULT)
+    if ended.get("ending") == "complete":
+        raise LogError(f"{log.path}: the run is complete; there is nothing to resume")
+    state = log.last_snapshot()
+    if state is None:
+        raise LogError(f"{log.path}: holds no run snapshot; run the scenario again")
+    return Snapshot.from_bytes(state[1])
+
+
+def _copy(log: Log, run: Run, graph: Graph, until_ns: int) -> None:
+    logged = log.read()
+    for channel, spec in enumerate(channels(graph)):
+        times, values = logged[spec.name]
+        kept = int(np.searchsorted(times, until_ns, side="right"))
+        run.copy(channel, np.column_stack([times[:kept].view(np.float64), values[:kept]]))
+    for t_ns, text in log.events():
+        if t_ns < until_ns:
+            run.copy_event(t_ns, text)
+
+
+def resume_run(
+    log: Log, scenario: Scenario, graph: Graph, out: Path, options: Options, progress: Progress
+) -> Result:
+    """Run from the log's last snapshot to the end of its scenario into a new, whole log.
+
+    Every part of the run is in the snapshot, so channels recorded at a lower rate do not stand in the way.
+    Raises LogError, also where the components here are not those that made the log, and StepError.
+    """
+    snapshot = last_snapshot(log)
+    warning = other_sources(log)
+    if warning:
+        raise LogError(f"{warning}; check out those sources, or run the scenario again")
+    with Run(scenario, graph, out, options) as run:
+        began = time.monotonic()
+        _copy(log, run, graph, run.conductor.time_ns(snapshot.tick))
+        run.resume(snapshot)
+        run.go(graph.ticks, progress)
+        wall = time.monotonic() - began
+    return run.result(wall, since=snapshot.tick)

@@ -1,0 +1,231 @@
+"""One run of a scenario into one log: conductor, digest, recorder, snapshots and pacing brought together."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Literal, Self
+
+import numpy as np
+
+from components import compiled
+from pipeline.conductor import BOND_PORTS, Conductor
+from pipeline.digest import Digest
+from pipeline.errors import LogError, StepError
+from pipeline.events import Firing
+from pipeline.graph import Graph
+from pipeline.log.recorder import CHUNK_BYTES, ChannelSpec, Recorder
+from pipeline.scenario import Scenario
+from pipeline.snapshot import Snapshot
+
+FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
+PACED_SLICE_S = 0.05  # simulated time a slice of a paced run takes, times the rate
+SCENARIO, RUN, RESULT = "scenario.yaml", "run", "result"  # the log's attachment and metadata records
+PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a run is recorded and paced; nothing here changes its digest.
+
+    rate: simulated seconds per second of wall time, None for as fast as it goes. slice_ticks: ticks handed over at
+    once, None for what suits the machine.
+    """
+
+    compression: Literal["zstd", "lz4", "none"] = "zstd"
+    chunk_bytes: int = CHUNK_BYTES
+    scene: bool = True
+    rate: float | None = None
+    slice_ticks: int | None = None
+    overwrite: bool = False
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a run left behind; bonds: {name: {residual_J, throughput_J, unconverged}}."""
+
+    log: str
+    simulated_s: float
+    wall_s: float
+    real_time_factor: float
+    steps: int
+    digest: str
+    channels: dict[str, dict[str, int]]
+    bonds: dict[str, dict[str, float]]
+
+
+def channels(graph: Graph) -> list[ChannelSpec]:
+    """The log's channels in the conductor's order: one a component, then one a bond."""
+    nodes = [
+        ChannelSpec(
+            node.name,
+            node.outputs,
+            {"kind": "component", "model": node.model, "record_every": str(node.record_every)},
+        )
+        for node in graph.nodes
+    ]
+    return nodes + [ChannelSpec(f"bond/{bond.name}", BOND_PORTS, {"kind": "bond"}) for bond in graph.bonds]
+
+
+def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
+    """What the numbers depend on beside the scenario."""
+    versions = {package: version(package) for package in ("towline", *PACKAGES)}
+    here = {"python": platform.python_version(), "machine": platform.machine(), "source_hash": compiled.source_hash()}
+    times = {"base_ns": str(graph.base_ns), "start_ns": str(graph.start_ns), "block_ticks": str(block)}
+    return {"scenario": scenario.name, **versions, **here, **times}
+
+
+class Run:
+    """A run in progress; a context manager that leaves a whole log, or one that says it is not whole."""
+
+    def __init__(self, scenario: Scenario, graph: Graph, out: Path, options: Options):
+        """Compile what is not cached and open the log. Raises LogError if it cannot be written."""
+        self.graph = graph
+        self.conductor = Conductor(graph)
+        self.digest = Digest([node.name for node in graph.nodes])
+        self.out = out
+        self._options = options
+        self._steps = np.zeros(len(graph.nodes) + len(graph.bonds), np.int64)
+        self._every = np.array([node.record_every for node in graph.nodes] + [1] * len(graph.bonds), np.int64)
+        self.recorded = np.zeros_like(self._steps)
+        self._flushed = time.monotonic()
+        self._recorder = Recorder(
+            out,
+            channels(graph),
+            attachments={SCENARIO: scenario.resolved_text().encode()},
+            metadata={RUN: provenance(scenario, graph, self.conductor.block)},
+            compression=options.compression,
+            chunk_bytes=options.chunk_bytes,
+            scene_period_ns=scenario.scene_ns if options.scene else None,
+            overwrite=options.overwrite,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        """A run that ends, stops itself or is interrupted closes its log; any other failure leaves it unfinished."""
+        if kind is None or issubclass(kind, (StepError, KeyboardInterrupt)):
+            self._close("complete" if kind is None else "interrupted" if error is None or not str(error) else str(error))
+        else:
+            self._recorder.abort()
+
+    def start(self) -> None:
+        """Initialise every component at t0, which is a block of its own, and make the first snapshot."""
+        self.conductor.initialise()
+        self._hand_over()
+        self.digest.end_block()
+        self._snapshot()
+
+    def resume(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot; the caller copies the rows up to it."""
+        self.conductor.restore(snapshot)
+        self.digest = Digest([node.name for node in self.graph.nodes], snapshot.chains)
+        periods = [node.period for node in self.graph.nodes] + [self.graph.nodes[b.body].period for b in self.graph.bonds]
+        self._steps[:] = snapshot.tick // np.array(periods, np.int64) + 1
+        self._steps[len(self.graph.nodes) :] -= 1  # bonds have no row at t0
+
+    def copy(self, channel: int, rows: np.ndarray) -> None:
+        """Put rows that another log holds into this one."""
+        self.recorded[channel] += len(rows)
+        self._recorder.rows(channel, rows)
+
+    def copy_event(self, t_ns: int, text: str) -> None:
+        """Put an event that another log holds into this one."""
+        self._recorder.event(t_ns, text)
+
+    def go(self, until: int, progress: Progress) -> None:
+        """Run to tick `until`, calling progress(simulated seconds) after each slice. Raises StepError."""
+        began_s, began_tick = time.monotonic(), self.conductor.tick
+        for _ in self.conductor.run(until, self._slice_ticks()):
+            self._hand_over()
+            if self.conductor.tick % self.conductor.block == 0:
+                self.digest.end_block()
+                if time.monotonic() - self._flushed >= FLUSH_S:
+                    self._snapshot()
+            progress(self._seconds(self.conductor.tick))
+            self._keep_pace(began_s, began_tick)
+
+    def result(self, wall_s: float, since: int = 0) -> Result:
+        """Summary of the run, or of its part since a tick."""
+        simulated = self._seconds(self.conductor.tick)
+        names = [spec.name for spec in channels(self.graph)]
+        return Result(
+            log=str(self.out),
+            simulated_s=simulated,
+            wall_s=wall_s,
+            real_time_factor=(simulated - self._seconds(since)) / max(wall_s, 1e-9),
+            steps=int(self._steps[: len(self.graph.nodes)].sum()) - len(self.graph.nodes),
+            digest=self.digest.total(),
+            channels={name: {"messages": int(n)} for name, n in zip(names, self.recorded, strict=True) if n},
+            bonds=self.conductor.bond_energies(),
+        )
+
+    def _seconds(self, tick: int) -> float:
+        return tick * self.graph.base_ns / 1e9
+
+    def _slice_ticks(self) -> int | None:
+        if self._options.rate is None:
+            return self._options.slice_ticks
+        return max(1, int(self._options.rate * PACED_SLICE_S * 1e9) // self.graph.base_ns)
+
+    def _keep_pace(self, began_s: float, began_tick: int) -> None:
+        if self._options.rate is not None:
+            due = began_s + self._seconds(self.conductor.tick - began_tick) / self._options.rate
+            time.sleep(max(0.0, due - time.monotonic()))
+
+    def _hand_over(self) -> None:
+        """Captured rows to the digest, every one of them, and to the recorder, those that are to be recorded."""
+        for firing in self.conductor.fired:
+            self._recorder.event(self.conductor.time_ns(firing.tick), _event_text(firing))
+        self.conductor.fired = []
+        for channel, rows in self.conductor.captured():
+            if channel < len(self.graph.nodes):
+                self.digest.update(self.graph.nodes[channel].name, rows)
+            every = self._every[channel]
+            if every:
+                kept = rows[-self._steps[channel] % every :: every]
+                self._recorder.rows(channel, np.ascontiguousarray(kept))
+                self.recorded[channel] += len(kept)
+            self._steps[channel] += len(rows)
+
+    def _snapshot(self) -> None:
+        state = self.conductor.snapshot(self.digest.chains()).to_bytes()
+        self._recorder.snapshot(self.conductor.time_ns(self.conductor.tick), state)
+        self._recorder.flush()
+        self._flushed = time.monotonic()
+
+    def _close(self, ending: str) -> None:
+        tick = self.conductor.tick
+        self._recorder.add_metadata(RESULT, {"digest": self.digest.total(), "ending": ending, "ticks": str(tick)})
+        self._recorder.close()
+
+
+def _event_text(firing: Firing) -> str:
+    return f"{firing.event.text} ends" if firing.ends else firing.event.text
+
+
+def run_scenario(scenario: Scenario, graph: Graph, out: Path, options: Options, progress: Progress) -> Result:
+    """Run a scenario from t0 to its end into a new log. Raises StepError, LogError."""
+    with Run(scenario, graph, out, options) as run:
+        began = time.monotonic()
+        run.start()
+        run.go(graph.ticks, progress)
+        wall = time.monotonic() - began
+    return run.result(wall)
+
+
+def default_log(name: str) -> Path:
+    """logs/NAME-DATE-TIME.mcap below the working folder, a number added where that exists."""
+    stem = f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"
+    for number in range(1000):
+        path = Path("logs") / f"{stem}{f'-{number}' if number else ''}.mcap"
+        if not path.exists():
+            return path
+    raise LogError(f"logs/ holds a thousand logs named {stem}; give another name with --out")

@@ -1,0 +1,267 @@
+"""A scenario: the YAML read and checked, every problem with its file, line and column."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from components.contract import Component, Parameters
+from pipeline import catalogue, parameters, wiring
+from pipeline.document import (
+    IDENTIFIER,
+    BondEntry,
+    ComponentEntry,
+    EventEntry,
+    Settings,
+    SignalEntry,
+    SumEntry,
+    below,
+    limited,
+    validated,
+)
+from pipeline.errors import Place, Problem, ScenarioError
+from pipeline.parameters import Given
+from pipeline.quantities import nanoseconds
+from pipeline.signals import Reference, port_and_slice, reference
+from pipeline.written import Addend, Change, Happening, Instance, Scenario, Tie, Wire
+from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, read_text
+
+
+def load_scenario(path: str | Path, overrides: Sequence[str] = (), duration: str | None = None) -> Scenario:
+    """Read a scenario file.
+
+    overrides: `component.parameter=value`, over what the file says; a bare number is SI.
+    duration: instead of the file's (`10 s`; a bare number is in seconds); events at or after its end are left out.
+    Raises ScenarioError with all problems of the file.
+    """
+    path = Path(path)
+    text = read_text(path, str(path))
+    return load_scenario_text(text, str(path), path.absolute().parent, overrides, duration)
+
+
+def load_scenario_text(
+    text: str, source_name: str, folder: str | Path, overrides: Sequence[str] = (), duration: str | None = None
+) -> Scenario:
+    """As load_scenario, from text; relative paths in it are relative to `folder`."""
+    tree, problems = parse(text, source_name)
+    if tree is None:
+        raise ScenarioError(problems)
+    reading = _Reading(source_name, Path(folder), overrides, duration, problems)
+    scenario = reading.scenario(tree)
+    if scenario is not None and problems:
+        problems.extend(wiring.problems_of(scenario))
+    if scenario is None or problems:
+        raise ScenarioError(limited(problems))
+    return scenario
+
+
+class _Reading:
+    """One pass over the tree, gathering problems instead of stopping at the first."""
+
+    def __init__(
+        self, source: str, folder: Path, overrides: Sequence[str], duration: str | None, problems: list[Problem]
+    ):
+        self._source, self._folder, self._problems = source, folder, problems
+        self._overrides: dict[str, dict[str, Given]] = {}
+        for text in overrides:
+            self._override(text)
+        self._duration = None if duration is None else self._limit(duration)
+
+    def scenario(self, tree: Tree) -> Scenario | None:
+        """The scenario, as far as it can be read; None where not even its top level is a mapping."""
+        if not isinstance(tree, Table):
+            text = "expected a mapping with duration, step and components"
+            self._problems.append(Problem(tree.place, "", text))
+            return None
+        settings = validated(Settings, tree, "", self._problems)
+        tables = {key: _table(tree, key) for key in ("components", "bonds")}
+        ties = [self._tie(name, entry) for name, entry in tables["bonds"].entries.items()]
+        ends = [tie for tie in ties if tie is not None]
+        instances = {name: self._instance(name, tables["components"], ends) for name in tables["components"].entries}
+        for name in self._overrides.keys() - instances.keys():
+            text = f"unknown component '{name}'{catalogue.closest(name, list(instances))}"
+            self._problems.append(Problem(Place("--set"), name, text))
+        duration = self._duration or (settings.duration if settings else 0)
+        start = settings.start if settings else 0
+        happenings = self._happenings(tree, start + self._duration if self._duration else None)
+        return Scenario(
+            name=settings.name if settings and settings.name else Path(self._source).stem,
+            description=settings.description if settings else "",
+            source=self._source,
+            folder=self._folder,
+            duration_ns=duration,
+            step_ns=settings.step if settings else 0,
+            start_ns=start,
+            seed=settings.seed if settings else 0,
+            bus=settings.bus if settings else "local",
+            scene_ns=settings.scene if settings else None,
+            instances=tuple(instance for instance in instances.values() if instance is not None),
+            ties=tuple(ends),
+            happenings=happenings,
+            tree=tree,
+            unread=frozenset(tables["bonds"].entries) - {tie.name for tie in ends},
+            broken=frozenset(name for name, instance in instances.items() if instance is None),
+        )
+
+    def _instance(self, name: str, table: Table, ties: list[Tie]) -> Instance | None:
+        tree, place, path = table.entries[name], table.keys[name], below("components", name)
+        before = len(self._problems)
+        if not IDENTIFIER.fullmatch(name):
+            text = "not a name; expected small letters, digits and _, beginning with a letter"
+            self._problems.append(Problem(place, path, text))
+        entry = validated(ComponentEntry, tree, path, self._problems)
+        if not isinstance(tree, Table):
+            return None
+        wires = self._wires(_table(tree, "inputs"), below(path, "inputs"))
+        model = tree.entries.get("model")
+        if not isinstance(model, Scalar) or not isinstance(model.value, str):
+            return None
+        try:
+            full_name, component = catalogue.find(model.value, self._folder)
+        except ValueError as error:
+            self._problems.append(Problem(model.place, below(path, "model"), str(error)))
+            return None
+        values = self._parameters(name, component, tree, place, path, ties)
+        if values is None or entry is None or len(self._problems) > before:
+            return None
+        period, record = entry.period or 0, entry.record
+        return Instance(name, place, path, full_name, component, values, period, record, wires, tree)
+
+    def _parameters(
+        self, name: str, component: Component, tree: Table, place: Place, path: str, ties: list[Tie]
+    ) -> Parameters | None:
+        kind, inside = component.parameters, below(path, "parameters")
+        table, before = _table(tree, "parameters"), len(self._problems)
+        given = parameters.gather(kind, table, self._folder, inside, self._problems)
+        unread = len(self._problems) > before and "file" in table.entries
+        is_table = isinstance(tree.entries.get("parameters", table), Table)
+        meant = catalogue.meant(table.entries.keys() - kind.model_fields.keys(), kind.model_fields)
+        if unread or not is_table:
+            meant = frozenset(kind.model_fields)
+        for key, value in self._overrides.get(name, {}).items():
+            if key in kind.model_fields:
+                given[key] = value
+            else:
+                text = f"unknown parameter{catalogue.closest(key, list(kind.model_fields))}"
+                self._problems.append(Problem(value.key, f"{name}.{key}", text))
+        for tie in ties:
+            if tie.line.component == name and (end := component.lines.get(tie.line.port)):
+                given[end.switch] = Given(Scalar(True, tie.place), tie.place, self._folder)
+        where = tree.keys.get("parameters", place)
+        return parameters.build(kind, given, where, inside, self._problems, meant - given.keys())
+
+    def _wires(self, table: Table, path: str) -> tuple[Wire, ...]:
+        wires = []
+        for key, tree in table.entries.items():
+            inside = below(path, key)
+            try:
+                port, part = port_and_slice(key)
+            except ValueError as error:
+                self._problems.append(Problem(table.keys[key], inside, str(error)))
+                continue
+            wires.append(Wire(table.keys[key], inside, port, part, self._addends(tree, inside)))
+        return tuple(wires)
+
+    def _addends(self, tree: Tree, path: str) -> tuple[Addend, ...]:
+        if isinstance(tree, Table) and "sum" in tree.entries:
+            entry = validated(SumEntry, tree, path, self._problems)
+            terms = tree.entries["sum"]
+            if entry is None or not isinstance(terms, Items):
+                return ()
+            return tuple(
+                addend for i, term in enumerate(terms.items) for addend in self._addend(term, below(path, "sum", i))
+            )
+        if isinstance(tree, Scalar) and tree.value is None:
+            text = "nothing is wired; expected a signal such as hand.motion, or a constant"
+            self._problems.append(Problem(tree.place, path, text))
+            return ()
+        return self._addend(tree, path)
+
+    def _addend(self, tree: Tree, path: str) -> tuple[Addend, ...]:
+        """One addend, or none with a problem added."""
+        if isinstance(tree, Table) and set(tree.entries) != {"values", "unit"}:
+            entry = validated(SignalEntry, tree, path, self._problems)
+            source = self._reference(entry.source, tree.entries["from"].place, path) if entry else None
+            if entry is None or source is None:
+                return ()
+            extra = {key: tree.entries.get(key) for key in ("gain", "offset", "initial")}
+            return (Addend(tree.place, path, source, delayed=entry.delay, **extra),)
+        if isinstance(tree, Scalar) and isinstance(tree.value, str) and tree.value[:1].isalpha():
+            source = self._reference(tree.value, tree.place, path)
+            return (Addend(tree.place, path, source),) if source else ()
+        return (Addend(tree.place, path, offset=tree),)
+
+    def _reference(self, text: str, place: Place, path: str) -> Reference | None:
+        try:
+            return reference(text)
+        except ValueError as error:
+            self._problems.append(Problem(place, path, str(error)))
+            return None
+
+    def _tie(self, name: str, tree: Tree) -> Tie | None:
+        path = below("bonds", name)
+        entry = validated(BondEntry, tree, path, self._problems)
+        if entry is None or not isinstance(tree, Table):
+            return None
+        body = self._reference(entry.body, tree.entries["body"].place, below(path, "body"))
+        line = self._reference(entry.line, tree.entries["line"].place, below(path, "line"))
+        if body is None or line is None:
+            return None
+        places = {key: tree.entries[key].place for key in ("body", "line")}
+        return Tie(name, tree.place, path, body, line, entry.tolerance, entry.rounds, places)
+
+    def _happenings(self, tree: Table, end_ns: int | None) -> tuple[Happening, ...]:
+        events = tree.entries.get("events")
+        if not isinstance(events, Items):
+            return ()
+        read = [self._happening(event, below("events", i)) for i, event in enumerate(events.items)]
+        return tuple(event for event in read if event is not None and (end_ns is None or event.at_ns < end_ns))
+
+    def _happening(self, tree: Tree, path: str) -> Happening | None:
+        entry = validated(EventEntry, tree, path, self._problems)
+        if entry is None or not isinstance(tree, Table):
+            return None
+        if not entry.set and not entry.add:
+            text = "nothing happens; expected set: {component.parameter: value} or add: {component.port: value}"
+            self._problems.append(Problem(tree.place, path, text))
+        sets = self._changes(_table(tree, "set"), below(path, "set"))
+        adds = self._changes(_table(tree, "add"), below(path, "add"))
+        places = {key: value.place for key, value in tree.entries.items()}
+        return Happening(tree.place, path, entry.at, entry.until, sets, adds, places)
+
+    def _changes(self, table: Table, path: str) -> tuple[Change, ...]:
+        changes = []
+        for key, value in table.entries.items():
+            what = self._reference(key, table.keys[key], below(path, key))
+            if what is not None:
+                changes.append(Change(table.keys[key], below(path, key), what, value))
+        return tuple(changes)
+
+    def _override(self, text: str) -> None:
+        place = Place("--set")
+        key, equals, value = text.partition("=")
+        component, dot, name = key.strip().partition(".")
+        if not (equals and dot and value.strip()):
+            problem = f"'{text[:80]}' is no override; expected component.parameter=value"
+            self._problems.append(Problem(place, "", problem))
+            return
+        tree, found = parse(value, "--set")
+        self._problems.extend(Problem(place, key, problem.text) for problem in found)
+        if tree is not None:
+            self._overrides.setdefault(component, {})[name] = Given(tree, place, Path.cwd(), is_si=True)
+
+    def _limit(self, text: str) -> int | None:
+        try:
+            duration = nanoseconds(text, bare=True)
+            if duration <= 0:
+                raise ValueError(f"'{text}' is not above zero; expected e.g. '10 s'")
+        except ValueError as error:
+            self._problems.append(Problem(Place("--until"), "", str(error)))
+            return None
+        return duration
+
+
+def _table(tree: Table, key: str) -> Table:
+    """The mapping under a key; an empty one where there is none (or another kind, which validation reports)."""
+    inside = tree.entries.get(key)
+    return inside if isinstance(inside, Table) else Table({}, {}, tree.place)

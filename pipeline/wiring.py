@@ -1,0 +1,176 @@
+"""A scenario made into a graph: every name an index, units, shapes, frames, rates and cycles checked."""
+
+from __future__ import annotations
+
+import hashlib
+
+from pipeline import schedule, timeline
+from pipeline.catalogue import closest, first_line
+from pipeline.document import below, limited
+from pipeline.errors import Place, Problem, WiringError
+from pipeline.graph import Bond, Graph, Node
+from pipeline.quantities import as_time
+from pipeline.wires import Draft, Wires, merged
+from pipeline.written import Instance, Scenario, Tie
+
+
+def build_graph(scenario: Scenario) -> Graph:
+    """The graph of a scenario. Raises WiringError with all problems of its wires, rates, bonds and events."""
+    problems: list[Problem] = []
+    graph = _Wiring(scenario, problems).graph()
+    if problems:
+        raise WiringError(limited(problems))
+    return graph
+
+
+def problems_of(scenario: Scenario) -> list[Problem]:
+    """What is wrong with the wiring of a scenario that is itself broken; its broken components are left out."""
+    problems: list[Problem] = []
+    _Wiring(scenario, problems).graph()
+    return problems
+
+
+def seed_of(seed: int, name: str) -> int:
+    """64 bits for one component: the first of SHA-256 over scenario seed and instance name."""
+    return int.from_bytes(hashlib.sha256(f"{seed}/{name}".encode()).digest()[:8], "big")
+
+
+class _Wiring:
+    """One pass over the scenario, gathering problems instead of stopping at the first."""
+
+    def __init__(self, scenario: Scenario, problems: list[Problem]):
+        self._scenario, self._problems = scenario, problems
+        self._drafts: dict[str, Draft] = {}
+        self._board = 0
+
+    def graph(self) -> Graph:
+        """The graph; worth something only where no problem was found."""
+        scenario = self._scenario
+        for instance in scenario.instances:
+            self._lay_out(instance)
+        wires = Wires(self._drafts, scenario.broken, self._problems)
+        drafts = list(self._drafts.values())
+        for draft in drafts:
+            for wire in draft.instance.wires:
+                wires.connect(draft, wire)
+        bonds = tuple(bond for tie in scenario.ties if (bond := self._bond(tie, wires)) is not None)
+        is_tied = len(bonds) == len(scenario.ties) and not scenario.unread
+        for draft in drafts:
+            if is_tied or not (draft.instance.component.bodies or draft.instance.component.lines):
+                wires.check_wired(draft)
+        wires.report_cycles(drafts)
+        nodes = tuple(self._node(draft) for draft in drafts)
+        ticks = self._ticks()
+        events = timeline.events(scenario, self._drafts, ticks, self._problems)
+        direct = {(edge.producer, edge.consumer) for edge in wires.edges}
+        stages = () if self._problems else schedule.stages(len(nodes), direct, [(b.body, b.line) for b in bonds])
+        return Graph(scenario.step_ns, ticks, nodes, stages, self._board, bonds, events, scenario.start_ns)
+
+    def _report(self, place: Place, path: str, text: str) -> None:
+        self._problems.append(Problem(place, path, text))
+
+    def _lay_out(self, instance: Instance) -> None:
+        """Give the instance's outputs their place on the board."""
+        kind, values = instance.component, instance.parameters
+        try:
+            inputs, outputs = kind.inputs(values), kind.outputs(values)
+            kind.pack(values)
+        except Exception as error:  # a third party's code
+            text = f"{kind.name} cannot be set up with these parameters: {first_line(error)}"
+            self._report(instance.place, instance.path, text)
+            inputs = outputs = ()
+        n_u = sum(port.size for port in inputs)
+        index = len(self._drafts)
+        self._drafts[instance.name] = Draft(instance, index, inputs, outputs, self._board, [], [""] * n_u)
+        self._board += sum(port.size for port in outputs)
+
+    def _ticks(self) -> int:
+        """The number of ticks; 0 where a time is missing."""
+        duration, step = self._scenario.duration_ns, self._scenario.step_ns
+        if not duration or not step:
+            return 0
+        if duration % step:
+            nearest = as_time(_nearest(duration, step))
+            text = f"{as_time(duration)} is not a multiple of the step of {as_time(step)}; nearest is {nearest}"
+            self._report(self._top("duration"), "duration", text)
+        return duration // step
+
+    def _top(self, key: str) -> Place:
+        tree = self._scenario.tree
+        return tree.entries[key].place if key in tree.entries else tree.place
+
+    def _node(self, draft: Draft) -> Node:
+        instance = draft.instance
+        period = self._multiple(instance.period_ns, self._scenario.step_ns, instance, "period", "the step")
+        record = instance.record.steps
+        if instance.record.period_ns:
+            own = instance.period_ns or self._scenario.step_ns
+            record = self._multiple(instance.record.period_ns, own, instance, "record", "the component's period")
+        return Node(
+            name=instance.name,
+            model=instance.model,
+            component=instance.component,
+            parameters=instance.parameters,
+            seed=seed_of(self._scenario.seed, instance.name),
+            period=period,
+            record_every=record,
+            inputs=draft.inputs,
+            outputs=draft.outputs,
+            start=draft.start,
+            terms=merged(draft.terms),
+        )
+
+    def _multiple(self, time: int, of: int, instance: Instance, key: str, what: str) -> int:
+        """How many times `of` goes into a time; 1 where one of them is missing."""
+        if not time or not of:
+            return 1
+        if time % of:
+            nearest = as_time(_nearest(time, of))
+            text = f"{as_time(time)} is not a multiple of {what}, {as_time(of)}; nearest is {nearest}"
+            self._report(instance.tree.entries[key].place, below(instance.path, key), text)
+        return max(time // of, 1)
+
+    def _bond(self, tie: Tie, wires: Wires) -> Bond | None:
+        """Wire a bond's two bundles; None where an end is unknown."""
+        body, line = self._end(tie, "body"), self._end(tie, "line")
+        if body is None or line is None:
+            return None
+        hook, end = body.instance.component.bodies[tie.body.port], line.instance.component.lines[tie.line.port]
+        if (body.instance.period_ns or self._scenario.step_ns) != (line.instance.period_ns or self._scenario.step_ns):
+            text = f"'{body.name}' and '{line.name}' have different periods; a bond needs equal ones"
+            self._report(tie.place, tie.path, text)
+        before = len(self._problems)
+        wires.connect(line, tie.wire(end.motion, body.name, hook.motion, delayed=False))
+        wires.connect(body, tie.wire(hook.law, line.name, end.law, delayed=True))
+        motion, law, accepted = (
+            wires.bundle_start(owner, name, tie)
+            for owner, name in ((body, hook.motion), (line, end.law), (line, end.accepted))
+        )
+        target = wires.bundle_start(body, hook.law, tie, is_input=True)
+        if len(self._problems) > before:
+            return None
+        return Bond(tie.name, line.index, body.index, motion, law, accepted, target, tie.tolerance, tie.rounds)
+
+    def _end(self, tie: Tie, kind: str) -> Draft | None:
+        """The component of a bond's end, if there is such an end."""
+        name, path = (tie.body if kind == "body" else tie.line), below(tie.path, kind)
+        place = tie.places[kind]
+        draft = self._drafts.get(name.component)
+        if draft is None:
+            if name.component not in self._scenario.broken:
+                self._report(
+                    place, path, f"unknown component '{name.component}'{closest(name.component, list(self._drafts))}"
+                )
+            return None
+        ends = draft.instance.component.bodies if kind == "body" else draft.instance.component.lines
+        if name.port not in ends:
+            self._report(
+                place, path, f"'{name.component}' has no {kind} end '{name.port}'{closest(name.port, list(ends))}"
+            )
+            return None
+        return draft
+
+
+def _nearest(time: int, of: int) -> int:
+    """The multiple of `of` next to the time, at least one."""
+    return max((time + of // 2) // of, 1) * of
