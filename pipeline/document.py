@@ -26,17 +26,24 @@ class Record:
     period_ns: int = 0
 
 
-def _positive(value: object) -> int:
+def _duration(value: object) -> int:
+    return _positive(nanoseconds(value), value)
+
+
+def _period(value: object) -> int:
     if isinstance(value, int | float) and not isinstance(value, bool):
         raise ValueError(f"{shown(value)} has no unit; expected a time or a rate, such as '20 ms' or '50 Hz'")
-    time = nanoseconds(value, rate=True)
+    return _positive(nanoseconds(value, rate=True), value)
+
+
+def _positive(time: int, value: object) -> int:
     if time <= 0:
         raise ValueError(f"{shown(value)} is not above zero; expected e.g. '20 ms'")
     return time
 
 
 def _scene(value: object) -> int | None:
-    return None if value is False else _positive(value)
+    return None if value is False else _period(value)
 
 
 def _record(value: object) -> Record:
@@ -46,7 +53,7 @@ def _record(value: object) -> Record:
     if match is None:
         raise ValueError(f"{shown(value)} is no record rate; expected 'every 5' (own steps), 'every 100 ms' or false")
     if not re.fullmatch(r"[0-9]{1,9}", match[1]):
-        return Record(0, _positive(match[1]))
+        return Record(0, _period(match[1]))
     if int(match[1]) == 0:
         raise ValueError("'every 0' is not above zero; expected false to record nothing")
     return Record(int(match[1]))
@@ -60,7 +67,8 @@ def _newton(value: object) -> float:
 
 
 Time = Annotated[int, BeforeValidator(nanoseconds)]
-Period = Annotated[int, BeforeValidator(_positive)]
+Duration = Annotated[int, BeforeValidator(_duration)]
+Period = Annotated[int, BeforeValidator(_period)]
 Entries = dict[str, Any]  # read one by one afterwards, so that one wrong entry does not hide the others
 
 
@@ -73,7 +81,7 @@ class Settings(_Part):
 
     name: Annotated[str, Field(min_length=1, max_length=200)] | None = None
     description: str = ""
-    duration: Period = Field(description="simulated time, such as '10 s'")
+    duration: Duration = Field(description="simulated time, such as '10 s'")
     step: Period = Field(description="the base step, such as '20 ms'")
     seed: Annotated[int, Field(ge=0, lt=2**64)] = 0
     start: Time = 0

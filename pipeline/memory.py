@@ -17,14 +17,18 @@ CAPTURE_TICKS = 1 << 16
 
 @dataclass
 class Memory:
-    """A graph's memory. spans[name][i]: slice of node i's vector in the array of all (p, u, x, y, w)."""
+    """A graph's memory, whose addresses are in the tables: it must live as long as they are used.
+
+    spans[name][i]: slice of node i's vector in the array of all (p, u, x, y, w).
+    """
 
     tables: loop.Tables
     inits: np.ndarray
     parameters: np.ndarray
+    workspace: np.ndarray
     spans: dict[str, list[slice]]
     python: dict[int, PythonHost]
-    keep: list[object]
+    entries: list[compiled.EntryPoints | PythonHost]
     row_starts: np.ndarray  # (channels,) where each channel's captured rows begin
     row_lengths: np.ndarray  # (channels,) numbers a row, time included
     capture_ticks: int
@@ -138,11 +142,11 @@ def lay_out(graph: Graph) -> Memory:
     arrays = {"p": parameters, "u": _array(spans["u"][-1].stop), "x": _array(spans["x"][-1].stop)}
     arrays |= {"y": _array(graph.board + len(initial)), "w": _array(spans["w"][-1].stop)}
     arrays["y"][graph.board :][: len(initial)] = initial
-    rows, inits, python, keep = [], [], {}, []
+    rows, inits, python, entries = [], [], {}, []
     for i, node in enumerate(graph.nodes):
         vectors = [arrays[v][spans[v][i]] for v in "puxyw"]
         entry = _entry(node, vectors)
-        keep.append(entry)
+        entries.append(entry)
         if isinstance(entry, PythonHost):
             python[i] = entry
         addresses = [arrays[v].ctypes.data + 8 * spans[v][i].start for v in "puxyw"]
@@ -176,4 +180,4 @@ def lay_out(graph: Graph) -> Memory:
         filled=starts.copy(),
     )
     inits = np.array(inits, np.int64)
-    return Memory(tables, inits, parameters, spans, python, keep, starts, lengths, ticks)
+    return Memory(tables, inits, parameters, arrays["w"], spans, python, entries, starts, lengths, ticks)

@@ -6,7 +6,7 @@ The loop holds no GIL and returns at a given tick, or as soon as a component sto
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from llvmlite import ir
@@ -28,10 +28,6 @@ TICK, STATUS, FAILED = range(3)
 NON_FINITE = -(2**31)
 LAW = 15  # numbers of a law: force (3), acceleration (3), mass (3, 3)
 BOND_ROW = LAW + 3 + 3  # law used, accepted force, residual, throughput, rounds
-
-
-# Without numba's reference counts, which nothing here needs: counting 19 arrays at each call costs ten times the loop.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
 
 
 class Tables(NamedTuple):
@@ -81,7 +77,7 @@ def call(typingctx, address, t_ns, dt_ns, p, u, x, y, w):
     return signature, generate
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def gather(k, i):
     """Fill node i's inputs: copies, sums and linear functions of signals, in the order they were written."""
     for j in range(k.nodes[i, FIRST_TERM], k.nodes[i, END_TERM]):
@@ -102,7 +98,7 @@ def gather(k, i):
             k.inputs[target + c] = value
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def step_node(k, i, t_ns):
     """Step node i with the inputs gathered; 0, its status, or NON_FINITE."""
     n = k.nodes
@@ -119,7 +115,7 @@ def step_node(k, i, t_ns):
     return status
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def capture(k, i, t_ns):
     """Append node i's outputs to its captured rows."""
     row = k.filled[i]
@@ -130,7 +126,7 @@ def capture(k, i, t_ns):
     k.filled[i] = row + 1 + n_y
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def law_force(k, b, axis):
     """Force [N] along an axis that bond b's law gives at the body's present acceleration."""
     law, a = k.bonds[b, BODY_LAW], k.bonds[b, MOTION] + 6
@@ -140,7 +136,7 @@ def law_force(k, b, axis):
     return force
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def mismatch(k, b):
     """Norm [N] of the line's accepted force minus what the body reckoned with."""
     square = 0.0
@@ -150,7 +146,7 @@ def mismatch(k, b):
     return np.sqrt(square)
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def relinearise(k, i, first, end):
     """Give body i, for a repeated step, the laws about the motion that its lines accepted last."""
     for b in range(first, end):
@@ -159,7 +155,7 @@ def relinearise(k, i, first, end):
                 k.inputs[k.bonds[b, BODY_LAW] + c] = k.board[k.bonds[b, ACCEPTED] + c]
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def account(k, b, t_ns, rounds, worst):
     """Sum up bond b's energies and capture its row."""
     e = k.bond_energy[b]
@@ -185,7 +181,7 @@ def account(k, b, t_ns, rounds, worst):
     k.filled[row] = at + 1 + BOND_ROW
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def copy_states(k, group, source, target):
     """Copy x of the group's nodes from one array of all states to another."""
     for m in range(k.groups[group, 0], k.groups[group, 1]):
@@ -194,7 +190,7 @@ def copy_states(k, group, source, target):
             target[c] = source[c]
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def step_bonded(k, group, t_ns):
     """Step a group that power bonds tie, repeating it with re-linearised laws until forces agree; (node, status)."""
     first_bond, end_bond = k.groups[group, 2], k.groups[group, 3]
@@ -221,7 +217,7 @@ def step_bonded(k, group, t_ns):
     return 0, 0
 
 
-@njit(inline="always", **OPTIONS)
+@njit(inline="always", **compiled.OPTIONS)
 def step_group(k, group, t_ns):
     """Step a group that is due and capture its outputs; (node, status)."""
     first, end = k.groups[group, 0], k.groups[group, 1]
@@ -237,7 +233,7 @@ def step_group(k, group, t_ns):
     return i, status
 
 
-@njit(nogil=True, cache=True, **OPTIONS)
+@njit(nogil=True, cache=True, **compiled.OPTIONS)
 def advance(k, until, start_ns, base_ns):
     """Advance the world tick by tick to `until`; returns early, with k.clock saying why, when a component stops it."""
     while k.clock[TICK] < until:
@@ -257,7 +253,7 @@ def advance(k, until, start_ns, base_ns):
         k.clock[TICK] = tick
 
 
-@njit(nogil=True, cache=True, **OPTIONS)
+@njit(nogil=True, cache=True, **compiled.OPTIONS)
 def initialise(k, inits, count, t_ns):
     """Gather and call the first `count` nodes' inits in the order of execution; k.clock says whether one failed."""
     for m in range(count):

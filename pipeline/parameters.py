@@ -259,6 +259,6 @@ def _suffix(kind: type[Parameters], name: str) -> str:
 
 
 def _written(value: Any, unit: str | None) -> Any:
-    if unit is None or value is None or is_plain(unit):
+    if unit is None or value is None or unit == "1":
         return value
     return {"values": value, "unit": unit} if isinstance(value, list) else f"{value!r} {unit}"

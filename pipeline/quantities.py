@@ -20,6 +20,12 @@ _POWER = r"(?:(?:\^|\*\*)-?[0-9](?:\.[0-9])?|[²³])?"
 _UNIT = re.compile(rf"(?>1(?![0-9.])|[A-Za-zµμ°Ω%][A-Za-zµμ°Ω_]*+{_POWER}|\){_POWER}|\*(?!\*)|[(/· ])+")
 _INT64 = 2**63 - 1
 _SECOND = 10**9  # ns
+_TIMES = {
+    "s": Fraction(1),
+    "ms": Fraction(1, 10**3),
+    "us": Fraction(1, 10**6),
+    "ns": Fraction(1, 10**9),
+}  # without pint
 
 
 def shown(value: object) -> str:
@@ -58,6 +64,8 @@ def nanoseconds(value: object, *, bare: bool = False, rate: bool = False) -> int
     if not unit:
         si_value(value, "s", bare=bare)  # raises unless a bare number will do
         return _whole(Fraction(number), value)
+    if unit in _TIMES:
+        return _whole(Fraction(number) * _TIMES[unit], value)
     if rate and converts(unit, "Hz"):
         hertz = Fraction(number) * Fraction(_conversion(unit, "Hz")[0])
         if hertz == 0:
@@ -72,7 +80,7 @@ def as_time(ns: int) -> str:
     for unit, size in (("s", 10**9), ("ms", 10**6), ("us", 10**3)):
         if abs(ns) >= size and ns * 1000 % size == 0:
             return f"{(Decimal(ns) / size).normalize():f} {unit}"
-    return f"{ns} ns"
+    return f"{ns} ns" if ns else "0 s"
 
 
 def same_unit(given: str, wanted: str) -> bool:

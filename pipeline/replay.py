@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
+from components.compiled import OPTIONS
 from pipeline import native_loop as loop
 from pipeline.errors import LogError, StepError
 from pipeline.events import EventClock
@@ -118,7 +119,7 @@ def _alone(graph: Graph, i: int, node: Node) -> Graph:
     return replace(graph, nodes=(single,), stages=stages, board=_width(single), bonds=(), events=tuple(events))
 
 
-@njit(nogil=True, cache=True, **loop.OPTIONS)
+@njit(nogil=True, cache=True, **OPTIONS)
 def _step_through(k, u, y, first, end, start_ns, step_ns):
     """Steps first..end-1 with inputs from u, outputs to y; the step that failed, else end."""
     for s in range(first, end):

@@ -26,6 +26,8 @@ from pipeline.signals import Reference, port_and_slice, reference
 from pipeline.written import Addend, Change, Happening, Instance, Scenario, Tie, Wire
 from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, read_text
 
+_NO_NAME = "not a name; expected small letters, digits and _, beginning with a letter"
+
 
 def load_scenario(path: str | Path, overrides: Sequence[str] = (), duration: str | None = None) -> Scenario:
     """Read a scenario file.
@@ -107,8 +109,7 @@ class _Reading:
         tree, place, path = table.entries[name], table.keys[name], below("components", name)
         before = len(self._problems)
         if not IDENTIFIER.fullmatch(name):
-            text = "not a name; expected small letters, digits and _, beginning with a letter"
-            self._problems.append(Problem(place, path, text))
+            self._problems.append(Problem(place, path, _NO_NAME))
         entry = validated(ComponentEntry, tree, path, self._problems)
         if not isinstance(tree, Table):
             return None
@@ -200,6 +201,8 @@ class _Reading:
 
     def _tie(self, name: str, tree: Tree) -> Tie | None:
         path = below("bonds", name)
+        if not IDENTIFIER.fullmatch(name):
+            self._problems.append(Problem(tree.place, path, _NO_NAME))
         entry = validated(BondEntry, tree, path, self._problems)
         if entry is None or not isinstance(tree, Table):
             return None

@@ -63,7 +63,7 @@ class _Timeline:
             self._report(happening, key, f"{as_time(time_ns)} is before the start of the run, {as_time(start)}")
         elif rest:
             nearest = as_time(start + (tick + (2 * rest >= step)) * step)
-            text = f"{as_time(time_ns)} is not at the begin of a step of {as_time(step)}; nearest is {nearest}"
+            text = f"{as_time(time_ns)} does not begin a step of {as_time(step)}; nearest is {nearest}"
             self._report(happening, key, text)
         return tick
 

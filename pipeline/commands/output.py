@@ -48,7 +48,7 @@ def warn(text: str) -> None:
 @contextmanager
 def progress_bar(title: str, end_s: float, start_s: float = 0.0, quiet: bool = False) -> Iterator[Callable[[float], None]]:
     """A bar with simulated time and real-time factor; yields the function that takes simulated seconds."""
-    if quiet:
+    if quiet or not console().is_terminal:
         yield lambda _: None
         return
     columns = (

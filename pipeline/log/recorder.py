@@ -34,6 +34,8 @@ from pipeline.log.scene import Drawing, drawings, keep_at_rate
 from pipeline.log.schema import describe, describe_message, message_name, ports_to_json, template
 from pipeline.log.template import Template
 
+# Twice as fast as zstd in both directions; files 6 % larger for long messages, 40 % for messages of two numbers.
+COMPRESSION = "lz4"
 CHUNK_BYTES = 1 << 20
 SCENE_PERIOD_NS = 40_000_000  # 25 Hz
 _HELD_CHUNKS = 8  # rows of one slice held back for merging by time never take more than this many chunks
@@ -117,22 +119,22 @@ class Recorder:
         *,
         attachments: Mapping[str, bytes] | None = None,
         metadata: Mapping[str, Mapping[str, str]] | None = None,
-        compression: str = "zstd",
+        compression: str = COMPRESSION,
         chunk_bytes: int = CHUNK_BYTES,
-        scene_period_ns: int = SCENE_PERIOD_NS,
+        scene_period_ns: int | None = SCENE_PERIOD_NS,
         overwrite: bool = False,
     ):
         """Create the file, its folder too, and write all that is known before the first step.
 
         channels: in the order that `rows` counts them. compression: zstd, lz4 or none. chunk_bytes: when a chunk is
-        finished, before compression. scene_period_ns: 0 leaves the channels for 3D viewers out.
+        finished, before compression. scene_period_ns: None leaves the channels for 3D viewers out.
         """
         if compression not in _COMPRESSIONS:
             raise LogError(f"compression {compression!r} is not known; use one of {', '.join(_COMPRESSIONS)}")
         schemas = [describe(spec.name, spec.ports) for spec in channels]  # may refuse, so before there is a file
         self.path = Path(path)
         self._chunk_bytes = chunk_bytes
-        self._scene_period_ns = scene_period_ns
+        self._scene_period_ns = scene_period_ns or 0
         self._held: list[_Stream] = []
         self._held_bytes = 0
         self._horizon_ns = -1
@@ -209,6 +211,8 @@ class Recorder:
         self._remark(self._snapshots, t_ns, Snapshot(state=state))
 
     def _remark(self, channel: int, t_ns: int, message: Message) -> None:
+        if t_ns < 0:
+            raise LogError(f"{self.path}: time {t_ns} ns is negative")
         stream = _Stream(channel, Template(message.SerializeToString(), ()))
         with self._guarded():
             self._hold(stream, np.array([t_ns], np.int64), np.empty((1, 0)))
@@ -275,13 +279,15 @@ class Recorder:
 
     @contextmanager
     def _guarded(self) -> Iterator[None]:
-        """Turn a failed write into a LogError and leave the file as it is."""
+        """Leave the file as it is after whatever interrupts a write, and turn a failed one into a LogError."""
         if not self._open:
             raise LogError(f"{self.path}: the log is closed")
         try:
             yield
-        except OSError as error:
+        except BaseException as error:
             self._drop()
+            if not isinstance(error, OSError):
+                raise
             raise LogError(
                 f"{self.path}: cannot write the log: {error.strerror or error}; "
                 "what was written before stays readable as an interrupted log"

@@ -34,17 +34,18 @@ _STAMP = Timestamp(seconds=(1 << 34) + 0x2A2A2A, nanos=(1 << 29) + 0x2A2A2A)
 
 @dataclass(frozen=True)
 class Drawing:
-    """A viewer's message made of a component's row: the template takes row[columns] * signs."""
+    """A viewer's message made of a component's row: the template takes row[columns], every third (down) negated."""
 
     topic: str
     message: type[Message]
     template: Template
     columns: np.ndarray
-    signs: np.ndarray
 
     def floats(self, rows: np.ndarray) -> np.ndarray:
         """(k, n) outputs of the component -> (k, m) numbers of the message."""
-        return rows[:, self.columns] * self.signs
+        points = rows[:, self.columns]
+        np.negative(points[:, 2::3], out=points[:, 2::3])
+        return points
 
 
 def drawings(component: str, ports: Sequence[Port]) -> list[Drawing]:
@@ -82,10 +83,10 @@ def _placed(ports: Sequence[Port]) -> Iterator[tuple[Port, int]]:
         first += port.size
 
 
-def _east_north_up(placed: Sequence[tuple[Port, int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of a NED row and their signs, so that points come as east, north, up."""
+def _east_north_down(placed: Sequence[tuple[Port, int]]) -> np.ndarray:
+    """The columns of a row in which the placed ports' points stand, each as east, north, down."""
     columns = [first + 3 * i + axis for port, first in placed for i in range(port.size // 3) for axis in (1, 0, 2)]
-    return np.array(columns), np.tile((1.0, 1.0, -1.0), len(columns) // 3)
+    return np.array(columns)
 
 
 def _numbers(count: int) -> Iterator[float]:
@@ -95,14 +96,14 @@ def _numbers(count: int) -> Iterator[float]:
 
 def _drawing(topic: str, message: Message, placed: Sequence[tuple[Port, int]]) -> Drawing:
     """A drawing whose message was filled with _numbers in the order of the placed ports' points."""
-    columns, signs = _east_north_up(placed)
+    columns = _east_north_down(placed)
     data = message.SerializeToString(deterministic=True)
     runs = []
     offset = 0
     for column, number in enumerate(_numbers(len(columns))):
         offset = data.index(np.float64(number).tobytes(), offset)
         runs.append(Run(offset, column, 1))
-    return Drawing(topic, type(message), Template(data, tuple(runs), _stamps(data)), columns, signs)
+    return Drawing(topic, type(message), Template(data, tuple(runs), _stamps(data)), columns)
 
 
 def _stamps(data: bytes) -> tuple[int, ...]:
@@ -157,6 +158,5 @@ def _cloud(topic: str, port: Port, first: int) -> Drawing:
     for axis, name in enumerate("xyz"):
         cloud.fields.add(name=name, offset=axis * _FLOAT32, type=PackedElementField.FLOAT32)
     data = cloud.SerializeToString(deterministic=True)
-    columns, signs = _east_north_up([(port, first)])
     runs = (Run(data.index(nodes), 0, port.size, "<f4"),)
-    return Drawing(topic, PointCloud, Template(data, runs, _stamps(data)), columns, signs)
+    return Drawing(topic, PointCloud, Template(data, runs, _stamps(data)), _east_north_down([(port, first)]))

@@ -98,8 +98,9 @@ class Template:
         records["sequence"] = np.arange(sequence, sequence + len(t_ns)) & 0xFFFFFFFF
         records["log_time"] = t_ns
         records["publish_time"] = t_ns
-        for run in self.runs:
-            records[f"run{run.first}"] = rows[:, run.first : run.first + run.count]
+        with np.errstate(over="ignore", invalid="ignore"):  # whatever the number, float32 takes what it can of it
+            for run in self.runs:
+                records[f"run{run.first}"] = rows[:, run.first : run.first + run.count]
         for stamp in self.stamps:
             seconds, nanos = np.divmod(t_ns, 1_000_000_000)
             records[f"seconds{stamp}"] = _padded_varint(seconds)

@@ -189,6 +189,11 @@ def test_bad_figures_are_refused(figures):
         hang(*figures)
 
 
+def test_forces_beyond_the_largest_double_are_refused():
+    with pytest.raises(ValueError, match="too far apart in size"):
+        hang(1e200, 1e200, 1.0, 0.0)
+
+
 # --- the component -----------------------------------------------------------------------------------------------
 
 

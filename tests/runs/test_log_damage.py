@@ -14,6 +14,7 @@ from components.contract import Port
 from pipeline.errors import LogError
 from pipeline.log.reader import open_log
 from pipeline.log.recorder import ChannelSpec, Recorder, pack_rows
+from pipeline.log.schema import describe, ports_to_json
 
 CHANNELS = [ChannelSpec("a", (Port("x", "m"),)), ChannelSpec("b", (Port("v", "m/s", (2,)),))]
 TIMES = np.arange(12)
@@ -27,7 +28,7 @@ def log(request, tmp_path):
     """A small log in three flushed parts, with its end or without."""
     path = tmp_path / "small.mcap"
     recorder = Recorder(
-        path, CHANNELS, attachments={"scenario.yaml": SCENARIO}, metadata={"run": FACTS}, scene_period_ns=0
+        path, CHANNELS, attachments={"scenario.yaml": SCENARIO}, metadata={"run": FACTS}, scene_period_ns=None
     )
     for part in np.split(np.arange(len(TIMES)), 3):
         for channel in range(2):
@@ -40,7 +41,7 @@ def log(request, tmp_path):
 
 
 def refusal(path) -> str:
-    """Why the log cannot be read, one line, or nothing if all of it was read, right and not said to be more than it is."""
+    """Why the log cannot be read; empty if all of it was read, right, and not said to be more than it is."""
     try:
         read_all(path)
     except LogError as error:
@@ -51,6 +52,7 @@ def refusal(path) -> str:
 def read_all(path) -> bool:
     """Read everything and compare; whether the log says that it is whole. Raises LogError as a user would get it."""
     with open_log(path) as log:
+        assert len({channel.count for channel in log.channels.values()}) <= 1  # both are cut at the same time
         for name, truth in zip("ab", VALUES, strict=True):
             if name not in log.channels:
                 assert not log.complete
@@ -110,11 +112,11 @@ def test_the_warning_says_how_much_time_is_there(tmp_path):
         assert log.warning.endswith("was interrupted: readable up to 12.34 s of simulated time")
 
 
-def foreign(path, profile="", ports: str | None = None, data=b"\0" * 9):
-    """An MCAP file of someone else, in a profile and with port metadata of choice."""
+def foreign(path, profile="", ports: str | None = None, described=b"", data=b"\0" * 9):
+    """An MCAP file of someone else, in a profile, with port metadata, schema and payload of choice."""
     writer = Writer(str(path))
     writer.start(profile)
-    schema = writer.register_schema("Thing", "protobuf", b"")
+    schema = writer.register_schema("towline.thing", "protobuf", described)
     channel = writer.register_channel("thing", "protobuf", schema, {} if ports is None else {"ports": ports})
     writer.add_message(channel, 1, data, 1)
     writer.finish()
@@ -154,3 +156,23 @@ def test_no_such_file_or_a_folder(tmp_path):
         open_log(tmp_path / "x.mcap")
     with pytest.raises(LogError, match="Is a directory"):
         open_log(tmp_path)
+
+
+def test_messages_that_do_not_fit_the_template(tmp_path):
+    """Valid protobuf of the right schema and length, but with its fields in another order, is not misread."""
+    ports = (Port("x", "m"), Port("y", "m"))
+    described = describe("thing", ports).SerializeToString(deterministic=True)
+    x, y = b"\x09" + np.float64(1.0).tobytes(), b"\x11" + np.float64(2.0).tobytes()
+    foreign(tmp_path / "right.mcap", "towline", ports_to_json(ports), described, x + y)
+    with open_log(tmp_path / "right.mcap") as log:
+        assert log.values("thing").tolist() == [[1.0, 2.0]]
+    foreign(tmp_path / "turned.mcap", "towline", ports_to_json(ports), described, y + x)
+    with open_log(tmp_path / "turned.mcap") as log, pytest.raises(LogError, match="channel thing: its messages do not"):
+        log.values("thing")
+
+
+def test_schema_and_ports_must_agree(tmp_path):
+    described = describe("thing", (Port("x", "m"),)).SerializeToString(deterministic=True)
+    foreign(tmp_path / "x.mcap", "towline", ports_to_json((Port("x", "N"),)), described)
+    with pytest.raises(LogError, match="the schema of channel thing does not fit its ports"):
+        open_log(tmp_path / "x.mcap")

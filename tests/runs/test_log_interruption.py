@@ -117,6 +117,25 @@ def test_an_exception_in_the_run_leaves_an_interrupted_log(tmp_path):
         assert len(log.values("a")) == 5
 
 
+def test_an_interrupt_within_a_write(tmp_path, monkeypatch):
+    """Ctrl-C between two halves of a chunk: what was flushed before is there, what is half-made is not written."""
+    recorder = Recorder(tmp_path / "log.mcap", [SPEC])
+    recorder.rows(0, pack_rows(np.arange(5), np.ones((5, 10))))
+    recorder.flush()
+    recorder.rows(0, pack_rows(np.arange(5, 10), np.ones((5, 10))))
+
+    def interrupted(*_) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(recorder._writer, "_note", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        recorder.flush()
+    recorder.abort()
+    with open_log(tmp_path / "log.mcap") as log:
+        assert not log.complete
+        assert len(log.values("a")) == 5
+
+
 def test_an_existing_file_is_kept_unless_asked(tmp_path):
     (tmp_path / "log.mcap").write_text("precious")
     with pytest.raises(LogError, match="exists already"):

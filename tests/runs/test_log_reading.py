@@ -28,6 +28,7 @@ CHANNELS = [
         ),
     ),
 ]
+CHUNK_BYTES = 4096
 COUNTS, STEPS_NS = (500, 120), (2_000_000, 10_000_000)
 
 
@@ -38,9 +39,8 @@ def written(tmp_path_factory) -> tuple[Path, list[np.ndarray], list[np.ndarray]]
     rng = np.random.default_rng(3)
     times = [np.arange(k) * step for k, step in zip(COUNTS, STEPS_NS, strict=True)]
     values = [rng.standard_normal((k, n)) for k, n in zip(COUNTS, (2, 17), strict=True)]
-    with Recorder(
-        path, CHANNELS, attachments={"scenario.yaml": b"run: 1"}, metadata={"run": {"seed": "7"}}, chunk_bytes=4096
-    ) as recorder:
+    attached, facts = {"scenario.yaml": b"run: 1"}, {"run": {"seed": "7"}}
+    with Recorder(path, CHANNELS, attachments=attached, metadata=facts, chunk_bytes=CHUNK_BYTES) as recorder:
         for start in range(0, 1_200_000_000, 100_000_000):
             for channel in range(2):
                 part = (times[channel] >= start) & (times[channel] < start + 100_000_000)
@@ -106,7 +106,21 @@ def test_summary_counts_what_is_there(written):
     }
     assert statistics.message_count == sum(counts.values())
     assert (statistics.message_start_time, statistics.message_end_time) == (0, 1_190_000_000)
-    assert statistics.chunk_count == len(summary.chunk_indexes) > 5
+    assert statistics.chunk_count == len(summary.chunk_indexes)
+
+
+def test_chunks_are_as_long_as_asked(tmp_path):
+    """A chunk is finished by the message that fills it, also in a large slice; the first holds the schemas too."""
+    longest_message = 200  # record head of 31 bytes, 17 floats and tags
+    with Recorder(tmp_path / "log.mcap", CHANNELS, chunk_bytes=CHUNK_BYTES, scene_period_ns=None) as recorder:
+        for channel, n in enumerate((2, 17)):
+            recorder.rows(channel, pack_rows(np.arange(3000), np.ones((3000, n))))
+    with open(tmp_path / "log.mcap", "rb") as file:
+        summary = SeekingReader(file).get_summary()
+    assert summary is not None
+    sizes = [chunk.uncompressed_size for chunk in summary.chunk_indexes]
+    assert len(sizes) > 100
+    assert all(CHUNK_BYTES < size <= CHUNK_BYTES + longest_message for size in sizes[1:-1])
 
 
 def test_remarks_attachments_and_metadata_are_there(written):

@@ -1,6 +1,7 @@
 """A channel as a table, and its export: the same numbers in pandas, parquet and CSV.
 
-Authority: the recorded values, pyarrow's parquet reader and Python's csv and float. Tolerance: none; all three hold float64 exactly.
+Authority: the recorded values, pyarrow's parquet reader and Python's csv and float.
+Tolerance: none; all three hold float64 exactly.
 """
 
 import csv

@@ -48,7 +48,7 @@ class Cable(Parameters):
     )
     sub_steps: Annotated[int, Field(ge=1)] = choice("steps of the line within one of its period", 1)
     tolerance: float = quantity("1", "imbalance of a node, relative to dry weight plus tension", 1e-6, gt=0)
-    max_iterations: Annotated[int, Field(ge=1)] = choice("Newton iterations before a step is tried again in parts", 12)
+    max_iterations: Annotated[int, Field(ge=1)] = choice("Newton iterations before a step is tried again in parts", 25)
 
     @model_validator(mode="after")
     def _ends_fit(self) -> Cable:

@@ -34,15 +34,25 @@ def bonded(line):
 
 
 @kernel
+def slack(line, w):
+    """Whether a segment of a line that takes no compression hangs loose."""
+    if line.tension_only:
+        for i in range(line.n):
+            if w[i * SCRATCH + T] <= 0.0:
+                return True
+    return False
+
+
+@kernel
 def attempt(line, x, u, w, h, parts, rho_inf):
     """Advance from the state x over h [s] in equal parts: Newton iterations, worst imbalance [N], convergence.
 
     The nodes are left in w. Ends at once where a balance fails, for the caller to try again.
     """
     load(line.n, x, w)
-    s = scheme(rho_inf, h / parts)
     iterations, worst = 0, 0.0
     for part in range(1, parts + 1):
+        s = scheme(0.0 if slack(line, w) else rho_inf, h / parts)
         predict(s, w, 0, line.n)
         place(line, x, u, w, h, part, parts)
         count, residual, converged = newton(line, s, w)

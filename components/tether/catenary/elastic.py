@@ -4,11 +4,11 @@ The force f = (H, V) at the middle of the line minimises its complementary energ
 is convex for any stiffness, slack or taut, so a Newton step is shortened only where it overshoots along its line.
 """
 
-from math import hypot
+from math import hypot, log1p
 
 from components.compiled import kernel
 from components.tether.catenary.inextensible import VERTICAL, inextensible
-from components.tether.catenary.shape import angle
+from components.tether.catenary.shape import reach, surplus
 from components.tether.catenary.status import NOT_CONVERGED
 
 # Each of the few terms of the residual is rounded once or twice.
@@ -17,24 +17,41 @@ _ITERATIONS = 100
 _SHORTENINGS = 60
 # A step may not bring the horizontal force nearer to zero (where the curvature is infinite) than this in one go.
 _KEEP = 0.02
-# Newton's error is squared by a step: after a step of 1e-9 the next one is below rounding.
+# Newton's error is squared by a step: what follows a step of 1e-9 is below rounding.
 _SMALL_STEP = 1e-9
-# Steps granted beyond the rounding of the ends' places, to settle a force much smaller than the weight.
-_POLISH = 3
+# Steps taken once the steps or the misfit are that small: one would do for most lines, two more settle those
+# that are ill-conditioned (near-taut and very stiff, or with a horizontal force far below the weight).
+_SETTLED = 3
+# Misfit of a result, in lengths; beyond it the line says that it did not converge.
+_ACCEPTED = 1e-14
+# Sum of the ends' tensions in weights from which one term of the series of phi S - 2 is as good as a Newton step needs
+# (1e-4), and below which the difference is (1e-12).
+_STRAIGHT = 100.0
 
 
 @kernel
 def misfit(H, V, e, h, v):
-    """End b's place less the wanted (h, v), and the Hessian (xx, xz, zz), for H > 0."""
-    alpha = V - 0.5
-    beta = V + 0.5
-    T_a = hypot(H, alpha)
-    T_b = hypot(H, beta)
-    phi = angle(H, alpha, beta)
-    stiff_z = beta / T_b - alpha / T_a
-    r_x = e * H + H * phi - h
-    r_z = e * V + 2.0 * V / (T_a + T_b) - v
-    return r_x, r_z, e + max(phi - stiff_z, 0.0), H * (1.0 / T_b - 1.0 / T_a), e + stiff_z
+    """End b's place less the wanted (h, v)."""
+    x, z = reach(H, V, 1.0, e)
+    return x - h, z - v
+
+
+@kernel
+def hessian(H, V, e):
+    """(xx, xz, zz, determinant) of the energy: how end b's place changes with the force, for H > 0.
+
+    With S = T_a + T_b and phi = 2 artanh(1/S) the determinant of the inextensible part is
+    2 (phi S - 2)/(S^2 - 1) H^2/(T_a T_b), which does not cancel as xx zz - xz^2 does for a nearly straight line.
+    """
+    T_a = hypot(H, V - 0.5)
+    T_b = hypot(H, V + 0.5)
+    above = surplus(H, V - 0.5, V + 0.5, T_a, T_b)  # S - 1
+    phi = log1p(2.0 / above)
+    S = 1.0 + above
+    share = 2.0 * (H / T_a) * (H / T_b) / (above * (above + 2.0))
+    bend = phi * S - 2.0 if S < _STRAIGHT else 2.0 / (3.0 * S * S)
+    zz = S * share
+    return e + max(phi - zz, 0.0), H * (1.0 / T_b - 1.0 / T_a), e + zz, e * (e + phi) + bend * share
 
 
 @kernel
@@ -76,7 +93,7 @@ def shortened(H, V, dH, dV, slope, e, h, v):
     """(H, V) after the Newton step, cut where it would end H or climb far up the other side of the valley."""
     size = min(1.0, (_KEEP - 1.0) * H / dH) if dH < 0.0 else 1.0
     for _ in range(_SHORTENINGS):
-        r_x, r_z, _xx, _xz, _zz = misfit(H + size * dH, V + size * dV, e, h, v)
+        r_x, r_z = misfit(H + size * dH, V + size * dV, e, h, v)
         if r_x * dH + r_z * dV <= -0.5 * slope:
             break
         size *= 0.5
@@ -89,17 +106,22 @@ def elastic(h, v, e):
     if h <= VERTICAL:
         return 0, 0.0, vertical(v, e)
     H, V = start(h, v, e)
-    at_rounding = 0
+    settled = 0
     for _ in range(_ITERATIONS):
-        r_x, r_z, xx, xz, zz = misfit(H, V, e, h, v)
-        determinant = xx * zz - xz * xz
+        r_x, r_z = misfit(H, V, e, h, v)
+        xx, xz, zz, determinant = hessian(H, V, e)
         dH = (xz * r_z - zz * r_x) / determinant
         dV = (xz * r_x - xx * r_z) / determinant
-        if abs(dH) <= _SMALL_STEP * H and abs(dV) <= _SMALL_STEP * hypot(H, V):
-            return 0, H + dH, V + dV
-        if abs(r_x) + abs(r_z) <= _ROUNDING * (1.0 + h + abs(v)):
-            at_rounding += 1
-            if at_rounding > _POLISH:
-                return 0, H, V
-        H, V = shortened(H, V, dH, dV, r_x * dH + r_z * dV, e, h, v)
-    return NOT_CONVERGED, H, V
+        small = abs(dH) <= _SMALL_STEP * H and abs(dV) <= _SMALL_STEP * hypot(H, V)
+        if small or abs(r_x) + abs(r_z) <= _ROUNDING * (1.0 + h + abs(v)):
+            settled += 1
+        if small:
+            H += dH
+            V += dV
+        else:
+            H, V = shortened(H, V, dH, dV, r_x * dH + r_z * dV, e, h, v)
+        if settled == _SETTLED:
+            break
+    r_x, r_z = misfit(H, V, e, h, v)
+    converged = abs(r_x) + abs(r_z) <= _ACCEPTED * (1.0 + h + abs(v))
+    return (0 if converged else NOT_CONVERGED), H, V

@@ -46,6 +46,8 @@ def hang(length: float, weight: float, span: float, rise: float, ea: float | Non
     e = scale * flexibility
     status, _, H, V, s_a, s_b = rest(span / length, up * rise / length, e, inf, inf)
     _refuse(status, length, span, rise)
+    if not isfinite(scale * (abs(s_a) + abs(s_b) + H)):
+        raise ValueError("the figures are too far apart in size: the line's force is no finite number")
     depth = length * sag(H, V, e)
     return HangingLine(
         scale * H, up * scale * s_a, up * scale * s_b, parameter(scale * H, weight), depth, bool(up * depth > 0.0)

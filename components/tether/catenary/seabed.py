@@ -5,7 +5,7 @@ carries the horizontal tension H alone. Irvine 1981, section 1.2, with the seabe
 eqs. 2-37, without friction.
 """
 
-from math import asinh, hypot, sqrt
+from math import asinh, hypot, inf, sqrt
 
 from components.compiled import kernel
 from components.tether.catenary.status import NOT_CONVERGED
@@ -13,6 +13,8 @@ from components.tether.catenary.status import NOT_CONVERGED
 _ITERATIONS = 100
 # Newton's error is squared by a step: after a step of 1e-9 the next one is below rounding.
 _SMALL_STEP = 1e-9
+# One rounding of the length: a horizontal force far smaller than the weight is not settled beyond that.
+_ROUNDING = 2.220446049250313e-16
 
 
 @kernel
@@ -52,7 +54,7 @@ def touchdown(h, p_a, p_b, e):
     if h <= 1.0 - s_a - s_b:
         return 0, 0.0, s_a, s_b
     low = 0.0
-    high = float("inf")
+    high = inf
     H = h
     for _ in range(_ITERATIONS):
         s_a = hanging_length(H, p_a, e)
@@ -60,17 +62,18 @@ def touchdown(h, p_a, p_b, e):
         less_a, slope_a = slack(H, s_a, e)
         less_b, slope_b = slack(H, s_b, e)
         excess = 1.0 + e * H + less_a + less_b - h
+        dH = -excess / (e + slope_a + slope_b)
+        if abs(dH) <= _SMALL_STEP * H or abs(excess) <= _ROUNDING:
+            H += dH
+            return 0, H, hanging_length(H, p_a, e), hanging_length(H, p_b, e)
         if excess > 0.0:
             high = H
         else:
             low = H
-        H_new = H - excess / (e + slope_a + slope_b)
-        if not low < H_new < high:
-            H_new = 0.5 * (low + high) if high < 1e300 else 4.0 * H
-        dH = H_new - H
-        H = H_new
-        if abs(dH) <= _SMALL_STEP * H:
-            return 0, H, hanging_length(H, p_a, e), hanging_length(H, p_b, e)
+        if low < H + dH < high:
+            H += dH
+        else:
+            H = 0.5 * (low + high) if high < inf else 4.0 * H
     return NOT_CONVERGED, H, s_a, s_b
 
 

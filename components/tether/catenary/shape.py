@@ -12,27 +12,26 @@ from components.compiled import kernel
 
 
 @kernel
-def angle(H, alpha, beta):
-    """asinh(beta/H) - asinh(alpha/H), for alpha <= beta and H > 0, without cancellation.
-
-    With S = hypot(H, alpha) + hypot(H, beta) and s = beta - alpha it is 2 artanh(s/S) = log1p(2 s/(S - s)), and S - s
-    is summed from terms that are none of them negative.
-    """
-    s = beta - alpha
-    excess = 2.0 * min(abs(alpha), abs(beta)) if alpha * beta > 0.0 else 0.0
-    excess += H * (H / (hypot(H, alpha) + abs(alpha))) + H * (H / (hypot(H, beta) + abs(beta)))
-    return log1p(2.0 * s / excess)
+def surplus(H, alpha, beta, T_a, T_b):
+    """T_a + T_b - (beta - alpha), for alpha <= beta and H > 0, as a sum of terms that are none of them negative."""
+    bent = H * (H / (T_a + abs(alpha))) + H * (H / (T_b + abs(beta)))
+    return bent + 2.0 * min(abs(alpha), abs(beta)) if alpha * beta > 0.0 else bent
 
 
 @kernel
 def reach(H, V, s, e):
-    """Horizontal and upward distance (x, z) from end a to unstretched arc length s, V being that of the middle."""
+    """Horizontal and upward distance (x, z) from end a to unstretched arc length s, V being that of the middle.
+
+    The tangent turns by asinh(beta/H) - asinh(alpha/H) = 2 artanh(s/(T_a + T_b)), which does not cancel.
+    """
     if s <= 0.0:
         return 0.0, 0.0
     alpha = V - 0.5
     beta = alpha + s
+    T_a = hypot(H, alpha)
+    T_b = hypot(H, beta)
     x = e * H * s
     if H > 0.0:
-        x += H * angle(H, alpha, beta)
+        x += H * log1p(2.0 * s / surplus(H, alpha, beta, T_a, T_b))
     mean = V + 0.5 * (s - 1.0)
-    return x, s * mean * (e + 2.0 / (hypot(H, alpha) + hypot(H, beta)))
+    return x, s * mean * (e + 2.0 / (T_a + T_b))

@@ -1,0 +1,191 @@
+"""The command line as users meet it: exit status, JSON, one-line errors, nothing half-written taken for whole."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from pipeline.cli import main
+from pipeline.log.reader import open_log
+
+ROOT = Path(__file__).parents[2]
+POOL = str(ROOT / "scenarios" / "pool_chain.yaml")
+RING = str(ROOT / "scenarios" / "van_der_pol.yaml")
+TOWLINE = [sys.executable, "-m", "pipeline.cli"]
+LIMIT_S = 120
+
+
+def towline(*words: str, **kwargs) -> subprocess.CompletedProcess:
+    return subprocess.run([*TOWLINE, *words], capture_output=True, text=True, timeout=LIMIT_S, cwd=ROOT, **kwargs)
+
+
+def call(capsys, *words: str) -> tuple[int, dict]:
+    """A command within this process: its exit status and its JSON."""
+    status = main([*words, "--json"])
+    return status, json.loads(capsys.readouterr().out)
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory) -> str:
+    path = str(tmp_path_factory.mktemp("log") / "ring.mcap")
+    assert main(["run", RING, "--until", "2s", "--out", path, "--json"]) == 0
+    return path
+
+
+def test_help_imports_nothing_heavy():
+    """What makes --help answer in less than 0.5 s."""
+    code = "import sys, pipeline.cli as c\ntry: c.main(['--help'])\nexcept SystemExit: pass\nprint([m for m in ('numba', 'numpy', 'pint', 'pydantic') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=LIMIT_S, cwd=ROOT)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_run_json(capsys, tmp_path):
+    status, result = call(capsys, "run", RING, "--until", "2s", "--out", str(tmp_path / "a.mcap"))
+    assert status == 0
+    assert set(result) == {"log", "simulated_s", "wall_s", "real_time_factor", "steps", "digest", "channels", "bonds"}
+    assert result["simulated_s"] == 2.0
+    assert result["steps"] == 5 * 2000
+    assert result["channels"] == {name: {"messages": 2001} for name in "abcde"}
+    assert len(result["digest"]) == 64
+
+
+def test_bare_number_is_si_and_set_changes_a_parameter(capsys, tmp_path):
+    status, result = call(
+        capsys, "run", RING, "--until", "1", "--set", "a.position=0.5", "--out", str(tmp_path / "a.mcap")
+    )
+    assert (status, result["simulated_s"]) == (0, 1.0)
+    assert open_log(result["log"]).port("a", "position")[0] == 0.5
+
+
+def test_check(capsys):
+    status, result = call(capsys, "check", POOL)
+    assert status == 0
+    assert result["order"] == ["wall | hand", "tether"]
+
+
+def test_diff_identical_and_different(capsys, log, tmp_path):
+    assert call(capsys, "diff", log, log)[1]["identical"] is True
+    other = str(tmp_path / "other.mcap")
+    assert main(["run", RING, "--until", "2s", "--set", "a.mu=1.001", "--out", other, "--json"]) == 0
+    capsys.readouterr()
+    status, result = call(capsys, "diff", log, other)
+    assert (status, result["identical"]) == (1, False)
+    largest = max(channel["max_abs"] for channel in result["channels"].values())
+    assert call(capsys, "diff", log, other, "--tolerance", str(1.01 * largest))[0] == 0
+    assert call(capsys, "diff", log, other, "--tolerance", str(0.99 * largest))[0] == 1
+
+
+def test_export(capsys, log, tmp_path):
+    import pandas
+
+    for kind in ("parquet", "csv"):
+        status, result = call(capsys, "export", log, "--format", kind, "-o", str(tmp_path / kind))
+        assert (status, len(result["files"])) == (0, 5)
+    table = pandas.read_parquet(tmp_path / "parquet" / "a.parquet")
+    assert table["position"].tolist() == open_log(log).port("a", "position").tolist()
+
+
+def test_catenary(capsys):
+    status, result = call(capsys, "catenary", "--length", "3.5", "--weight", "0.9", "--span", "2", "--rise", "0.5")
+    assert status == 0
+    assert set(result) == {"H_N", "V_a_N", "V_b_N", "C_per_m", "sag_m", "touches_seabed"}
+    assert result["C_per_m"] == pytest.approx(0.9 / result["H_N"], rel=1e-15)
+    assert result["V_a_N"] + result["V_b_N"] == pytest.approx(3.5 * 0.9, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "message"),
+    [
+        ((), 2, "the following arguments are required: COMMAND"),
+        (("run",), 2, "the following arguments are required: scenario"),
+        (("run", POOL, "--rate", "-1"), 2, "must be positive and finite"),
+        (("run", "absent.yaml"), 1, "towline: absent.yaml:1:1 no such file"),
+        (("run", POOL, "--set", "tether.lenght=3"), 1, "did you mean 'length'?"),
+        (("run", POOL, "--bus", "zenoh"), 1, "towline: bus zenoh: not in this version; run with --bus local"),
+        (("diff", "absent.mcap", "absent.mcap"), 1, "towline: absent.mcap: cannot open the log: No such file"),
+        (("resume", "README.md"), 1, "towline: README.md:"),
+        (("catenary", "--length", "1", "--weight", "1", "--span", "2", "--rise", "0"), 1, "towline: no such line: "),
+        (("catenary", "--length", "1 s", "--weight", "1", "--span", "2", "--rise", "0"), 1, "towline: --length: "),
+    ],
+)
+def test_mistakes(words, status, message):
+    done = towline(*words)
+    assert done.returncode == status
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_existing_log_is_not_replaced(log):
+    before = Path(log).read_bytes()
+    done = towline("run", RING, "--until", "1s", "--out", log)
+    assert (done.returncode, Path(log).read_bytes()) == (1, before)
+    assert "exists already" in done.stderr
+
+
+def test_unwritable_folder(tmp_path):
+    (tmp_path / "file").write_text("no folder")
+    done = towline("run", RING, "--until", "1s", "--out", str(tmp_path / "file" / "a.mcap"))
+    assert done.returncode == 1
+    assert done.stderr.startswith("towline: ")
+    assert "cannot create the log" in done.stderr
+
+
+def test_disk_full(tmp_path):
+    """A limit on the size of files stands for a full disk: one line, and a log that says it is not whole."""
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20))
+
+    out = tmp_path / "full.mcap"
+    done = towline("run", RING, "--out", str(out), "--json", preexec_fn=limit)
+    assert done.returncode == 1
+    assert "cannot write the log: File too large" in done.stderr
+    assert "Traceback" not in done.stderr
+    log = open_log(out)
+    assert not log.complete
+    assert "interrupted: readable up to" in log.warning
+
+
+def test_interrupt_closes_the_log(tmp_path):
+    out = tmp_path / "interrupted.mcap"
+    process = subprocess.Popen(
+        [*TOWLINE, "run", RING, "--rate", "1", "--out", str(out)], cwd=ROOT, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + LIMIT_S
+    while not out.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(1.5)
+    os.kill(process.pid, signal.SIGINT)
+    assert process.wait(LIMIT_S) == 130
+    assert "towline: interrupted" in process.stderr.read()
+    assert open_log(out).complete
+
+
+def test_killed_run_is_read_with_a_warning_and_resumed(tmp_path):
+    """From the shell, end to end: kill -9 on a paced run, export with a warning, resume to the undisturbed digest."""
+    words = ("--until", "6s", "--json")
+    whole = json.loads(towline("run", RING, *words, "--out", str(tmp_path / "whole.mcap")).stdout)
+    out = tmp_path / "killed.mcap"
+    process = subprocess.Popen([*TOWLINE, "run", RING, *words, "--rate", "1", "--out", str(out)], cwd=ROOT, stdout=-3)
+    deadline = time.monotonic() + LIMIT_S
+    while not out.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(2.5)
+    process.kill()
+    process.wait(LIMIT_S)
+    exported = towline("export", str(out), "-o", str(tmp_path / "tables"))
+    assert exported.returncode == 0
+    assert "warning" in exported.stderr
+    assert "readable up to" in exported.stderr
+    resumed = json.loads(towline("resume", str(out), "--json", "--out", str(tmp_path / "resumed.mcap")).stdout)
+    assert resumed["digest"] == whole["digest"]
+    assert resumed["channels"] == whole["channels"]
