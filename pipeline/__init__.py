@@ -1,0 +1,1 @@
+"""Moves messages: scenario, graph, conductor, log and command line."""

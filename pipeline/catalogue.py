@@ -26,7 +26,7 @@ def closest(name: str, names: list[str] | tuple[str, ...], what: str = "one of")
     if near := get_close_matches(name[:100], names, 1, _NEAR):
         return f"; did you mean '{near[0]}'?"
     if not names:
-        return "; there is none"
+        return "; there are none"
     return f"; expected {what} {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}"
 
 
@@ -101,6 +101,8 @@ def _component_of(module: ModuleType, model: str) -> Component:
 
 
 def first_line(error: BaseException) -> str:
-    """An exception as one line: `KeyError: 'mass'`."""
+    """An exception as one line: `KeyError: 'mass'`; a ValueError's text speaks for itself."""
     lines = str(error).splitlines()
+    if type(error) is ValueError and lines:
+        return lines[0][:200]
     return f"{type(error).__name__}: {lines[0][:200]}" if lines else type(error).__name__

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import platform
+import signal
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 
@@ -18,7 +21,7 @@ from pipeline.digest import Digest
 from pipeline.errors import LogError, StepError
 from pipeline.events import Firing
 from pipeline.graph import Graph
-from pipeline.log.recorder import CHUNK_BYTES, ChannelSpec, Recorder
+from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
 
@@ -38,7 +41,7 @@ class Options:
     once, None for what suits the machine.
     """
 
-    compression: Literal["zstd", "lz4", "none"] = "zstd"
+    compression: str = COMPRESSION
     chunk_bytes: int = CHUNK_BYTES
     scene: bool = True
     rate: float | None = None
@@ -79,6 +82,26 @@ def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
     here = {"python": platform.python_version(), "machine": platform.machine(), "source_hash": compiled.source_hash()}
     times = {"base_ns": str(graph.base_ns), "start_ns": str(graph.start_ns), "block_ticks": str(block)}
     return {"scenario": scenario.name, **versions, **here, **times}
+
+
+@contextmanager
+def interrupts_between_slices() -> Iterator[Callable[[], None]]:
+    """Hold SIGINT and SIGTERM back, so that they never fall into a write; yields what raises KeyboardInterrupt."""
+    came: list[int] = []
+
+    def raise_if_interrupted() -> None:
+        if came:
+            raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield raise_if_interrupted
+        return
+    before = {number: signal.signal(number, lambda n, _: came.append(n)) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield raise_if_interrupted
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 class Run:
@@ -143,14 +166,16 @@ class Run:
     def go(self, until: int, progress: Progress) -> None:
         """Run to tick `until`, calling progress(simulated seconds) after each slice. Raises StepError."""
         began_s, began_tick = time.monotonic(), self.conductor.tick
-        for _ in self.conductor.run(until, self._slice_ticks()):
-            self._hand_over()
-            if self.conductor.tick % self.conductor.block == 0:
-                self.digest.end_block()
-                if time.monotonic() - self._flushed >= FLUSH_S:
-                    self._snapshot()
-            progress(self._seconds(self.conductor.tick))
-            self._keep_pace(began_s, began_tick)
+        with interrupts_between_slices() as raise_if_interrupted:
+            for _ in self.conductor.run(until, self._slice_ticks()):
+                self._hand_over()
+                if self.conductor.tick % self.conductor.block == 0:
+                    self.digest.end_block()
+                    if time.monotonic() - self._flushed >= FLUSH_S:
+                        self._snapshot()
+                progress(self._seconds(self.conductor.tick))
+                self._keep_pace(began_s, began_tick)
+                raise_if_interrupted()
 
     def result(self, wall_s: float, since: int = 0) -> Result:
         """Summary of the run, or of its part since a tick."""

@@ -70,12 +70,17 @@ def components(nodes: int, edges: Iterable[Edge]) -> list[list[int]]:
                 if path:
                     low[path[-1][0]] = min(low[path[-1][0]], low[node])
                 if low[node] == index[node]:
-                    cut = waiting.index(node)
-                    result.append(sorted(waiting[cut:]))
-                    for member in waiting[cut:]:
-                        is_waiting[member] = False
-                    del waiting[cut:]
+                    result.append(_popped(waiting, node, is_waiting))
     return sorted(result)
+
+
+def _popped(waiting: list[int], last: int, is_waiting: list[bool]) -> list[int]:
+    """The top of the stack down to the node `last`, sorted."""
+    group = []
+    while not group or group[-1] != last:
+        group.append(waiting.pop())
+        is_waiting[group[-1]] = False
+    return sorted(group)
 
 
 def _successors(nodes: int, edges: Iterable[Edge]) -> list[list[int]]:

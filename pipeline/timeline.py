@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from typing import Any
 
 from components.contract import Parameters
@@ -18,15 +18,20 @@ from pipeline.written import Change, Happening, Scenario
 from pipeline.yaml_source import plain
 
 
-def events(scenario: Scenario, drafts: Mapping[str, Draft], ticks: int, problems: list[Problem]) -> tuple[Event, ...]:
+def events(
+    scenario: Scenario, drafts: Mapping[str, Draft], broken: Set[str], ticks: int, problems: list[Problem]
+) -> tuple[Event, ...]:
     """Events in order of time, ties as in the YAML; a parameter's value is checked with those set before it."""
-    line = _Timeline(scenario, drafts, ticks, problems)
+    line = _Timeline(scenario, drafts, broken, ticks, problems)
     return tuple(line.event(happening) for happening in sorted(scenario.happenings, key=lambda one: one.at_ns))
 
 
 class _Timeline:
-    def __init__(self, scenario: Scenario, drafts: Mapping[str, Draft], ticks: int, problems: list[Problem]):
+    def __init__(
+        self, scenario: Scenario, drafts: Mapping[str, Draft], broken: Set[str], ticks: int, problems: list[Problem]
+    ):
         self._scenario, self._drafts, self._ticks, self._problems = scenario, drafts, ticks, problems
+        self._broken = broken
         self._now: dict[str, Parameters] = {name: draft.instance.parameters for name, draft in drafts.items()}
 
     def event(self, happening: Happening) -> Event:
@@ -69,7 +74,7 @@ class _Timeline:
 
     def _draft(self, change: Change) -> Draft | None:
         name = change.what.component
-        if name not in self._drafts and name not in self._scenario.broken:
+        if name not in self._drafts and name not in self._broken:
             text = f"unknown component '{name}'{closest(name, list(self._drafts))}"
             self._problems.append(Problem(change.key, change.path, text))
         return self._drafts.get(name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -51,7 +51,7 @@ class Edge:
 class Wires:
     """The wires of one scenario; `edges` gathers the direct ones."""
 
-    def __init__(self, drafts: Mapping[str, Draft], broken: frozenset[str], problems: list[Problem]):
+    def __init__(self, drafts: Mapping[str, Draft], broken: Set[str], problems: list[Problem]):
         """drafts: by name, laid out; broken: names of components that could not be read."""
         self._drafts, self._broken, self._problems = drafts, broken, problems
         self.edges: list[Edge] = []

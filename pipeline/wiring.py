@@ -13,6 +13,8 @@ from pipeline.quantities import as_time
 from pipeline.wires import Draft, Wires, merged
 from pipeline.written import Instance, Scenario, Tie
 
+_LARGEST = 10_000_000  # float64 in one component's ports, state and scratch (80 MB); a line of 1000 nodes takes 40 000
+
 
 def build_graph(scenario: Scenario) -> Graph:
     """The graph of a scenario. Raises WiringError with all problems of its wires, rates, bonds and events."""
@@ -41,6 +43,7 @@ class _Wiring:
     def __init__(self, scenario: Scenario, problems: list[Problem]):
         self._scenario, self._problems = scenario, problems
         self._drafts: dict[str, Draft] = {}
+        self._broken = set(scenario.broken)
         self._board = 0
 
     def graph(self) -> Graph:
@@ -48,7 +51,7 @@ class _Wiring:
         scenario = self._scenario
         for instance in scenario.instances:
             self._lay_out(instance)
-        wires = Wires(self._drafts, scenario.broken, self._problems)
+        wires = Wires(self._drafts, self._broken, self._problems)
         drafts = list(self._drafts.values())
         for draft in drafts:
             for wire in draft.instance.wires:
@@ -61,7 +64,7 @@ class _Wiring:
         wires.report_cycles(drafts)
         nodes = tuple(self._node(draft) for draft in drafts)
         ticks = self._ticks()
-        events = timeline.events(scenario, self._drafts, ticks, self._problems)
+        events = timeline.events(scenario, self._drafts, self._broken, ticks, self._problems)
         direct = {(edge.producer, edge.consumer) for edge in wires.edges}
         stages = () if self._problems else schedule.stages(len(nodes), direct, [(b.body, b.line) for b in bonds])
         return Graph(scenario.step_ns, ticks, nodes, stages, self._board, bonds, events, scenario.start_ns)
@@ -73,12 +76,16 @@ class _Wiring:
         """Give the instance's outputs their place on the board."""
         kind, values = instance.component, instance.parameters
         try:
-            inputs, outputs = kind.inputs(values), kind.outputs(values)
+            inputs, outputs, sizes = kind.inputs(values), kind.outputs(values), kind.sizes(values)
+            numbers = sum(port.size for port in (*inputs, *outputs)) + sizes.state + sizes.workspace
+            if numbers > _LARGEST:
+                raise ValueError(f"it takes {numbers} numbers; expected at most {_LARGEST}")
             kind.pack(values)
         except Exception as error:  # a third party's code
             text = f"{kind.name} cannot be set up with these parameters: {first_line(error)}"
             self._report(instance.place, instance.path, text)
-            inputs = outputs = ()
+            self._broken.add(instance.name)
+            return
         n_u = sum(port.size for port in inputs)
         index = len(self._drafts)
         self._drafts[instance.name] = Draft(instance, index, inputs, outputs, self._board, [], [""] * n_u)
@@ -142,6 +149,8 @@ class _Wiring:
         before = len(self._problems)
         wires.connect(line, tie.wire(end.motion, body.name, hook.motion, delayed=False))
         wires.connect(body, tie.wire(hook.law, line.name, end.law, delayed=True))
+        if len(self._problems) > before:
+            return None
         motion, law, accepted = (
             wires.bundle_start(owner, name, tie)
             for owner, name in ((body, hook.motion), (line, end.law), (line, end.accepted))
@@ -157,7 +166,7 @@ class _Wiring:
         place = tie.places[kind]
         draft = self._drafts.get(name.component)
         if draft is None:
-            if name.component not in self._scenario.broken:
+            if name.component not in self._broken:
                 self._report(
                     place, path, f"unknown component '{name.component}'{closest(name.component, list(self._drafts))}"
                 )

@@ -22,7 +22,7 @@ NOTICE_S = 0.1  # a bar is drawn at most this often
 
 def console() -> Console:
     """Where people read: standard error, so that standard output stays for results."""
-    return Console(stderr=True, highlight=False, soft_wrap=True)
+    return Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
 
 
 def print_json(value: Any) -> None:

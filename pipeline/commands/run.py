@@ -8,7 +8,7 @@ from pathlib import Path
 from pipeline.commands.output import console, print_json, progress_bar, say_compiling
 from pipeline.commands.summary import print_summary
 from pipeline.errors import TowlineError
-from pipeline.log.recorder import CHUNK_BYTES
+from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, COMPRESSIONS
 from pipeline.run import Options, default_log, run_scenario
 from pipeline.scenario import load_scenario
 from pipeline.wiring import build_graph
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_recording_arguments(parser: argparse.ArgumentParser) -> None:
     """How the log is written."""
-    parser.add_argument("--compression", choices=["zstd", "lz4", "none"], default="zstd", help="of the log")
+    parser.add_argument("--compression", choices=COMPRESSIONS, default=COMPRESSION, help=f"of the log (default: {COMPRESSION})")
     parser.add_argument("--chunk-bytes", type=_bytes, default=CHUNK_BYTES, metavar="N", help="of the log, uncompressed")
     parser.add_argument("--no-scene", action="store_true", help="leave the 3D scene out of the log")
 

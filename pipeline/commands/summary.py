@@ -1,6 +1,10 @@
-"""The summary that a run ends with: speed, messages, digest, bonds, and what its lines and bodies did."""
+"""The summary that a run ends with: what its lines and bodies did, speed, messages, digest, bonds."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from rich.console import Console
@@ -10,35 +14,79 @@ from components.contract import Port
 from pipeline.log.reader import Log, open_log
 from pipeline.run import Result
 
-SHOWN_SIZE = 3  # ports up to this size are listed number by number, larger ones as a whole
+Row = tuple[str, np.ndarray, str]
 
 
-def _ports(log: Log, name: str) -> Table:
-    """Least, mean and greatest value of every port of a channel."""
-    values = log.values(name)
-    table = Table(title=f"{name} ({len(values)} messages)", title_justify="left")
-    for column in ("port", "min", "mean", "max", "unit"):
-        table.add_column(column, justify="left" if column in ("port", "unit") else "right")
-    for port in log.channels[name].ports:
-        _, span = log.channels[name].port(port.name)
-        for label, column in _columns(port, values[:, span]):
-            numbers = (column.min(), column.mean(), column.max())
-            table.add_row(label, *(f"{v:.5g}" for v in numbers), port.unit)
+def _line(port: Port, nodes: np.ndarray) -> Iterator[Row]:
+    """A line's shape (k, n, 3) in NED by its sag: depth of the lowest node below the lower end."""
+    depth = nodes[:, :, 2]
+    yield f"sag of {port.name}", depth.max(axis=1) - np.maximum(depth[:, 0], depth[:, -1]), port.unit
+
+
+def _rows(port: Port, values: np.ndarray) -> Iterator[Row]:
+    """What to show of a port's values (k, *shape): a line by its sag, a vector by its norm, others as they are."""
+    if port.frame == "NED" and port.unit == "m" and len(port.shape) == 2 and port.shape[1] == 3:
+        yield from _line(port, values)
+    elif port.shape == (3,) and port.unit == "m":
+        for i, axis in enumerate(("north", "east", "down")):
+            yield f"{port.name} {axis}", values[:, i], port.unit
+    elif port.shape == (3,):
+        yield f"|{port.name}|", np.linalg.norm(values, axis=1), port.unit
+    else:
+        yield port.name, values, port.unit
+
+
+@dataclass
+class _Range:
+    """What is known of a quantity so far."""
+
+    least: float = inf
+    greatest: float = -inf
+    total: float = 0.0
+    count: int = 0
+
+    def add(self, values: np.ndarray) -> None:
+        self.least = min(self.least, float(values.min()))
+        self.greatest = max(self.greatest, float(values.max()))
+        self.total += float(values.sum())
+        self.count += values.size
+
+
+def _ranges(log: Log) -> dict[tuple[str, str, str], _Range]:
+    """Ranges by (channel, quantity, unit), read chunk by chunk: a log may be larger than memory."""
+    ranges: dict[tuple[str, str, str], _Range] = {}
+    names = [name for name, info in log.channels.items() if info.metadata.get("kind") == "component"]
+    for name, _, values in log.parts(names):
+        at = 0
+        for port in log.channels[name].ports:
+            part = values[:, at : at + port.size].reshape(-1, *port.shape)
+            for quantity, numbers, unit in _rows(port, part):
+                ranges.setdefault((name, quantity, unit), _Range()).add(numbers)
+            at += port.size
+    return ranges
+
+
+def _table(log: Log) -> Table:
+    """Least, mean and greatest value of what moves in every component channel."""
+    table = Table()
+    for column in ("component", "quantity", "min", "mean", "max", "unit"):
+        table.add_column(column, justify="right" if column in ("min", "mean", "max") else "left")
+    ranges = _ranges(log)
+    for name in log.channels:
+        label = name
+        for (channel, quantity, unit), range_ in ranges.items():
+            if channel == name:
+                figures = (range_.least, range_.total / range_.count, range_.greatest)
+                table.add_row(label, quantity, *(f"{v:.5g}" for v in figures), "" if unit == "1" else unit)
+                label = ""
+        table.add_section()
     return table
-
-
-def _columns(port: Port, values: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    if port.shape and port.size <= SHOWN_SIZE:
-        return [(f"{port.name}[{i}]", values[:, i]) for i in range(port.size)]
-    return [(port.name, values)]
 
 
 def print_summary(console: Console, result: Result) -> None:
     """Print it; the figures are read back from the log."""
-    log = open_log(result.log)
-    for name, info in log.channels.items():
-        if info.count and info.metadata.get("kind") == "component":
-            console.print(_ports(log, name))
+    with open_log(result.log) as log:
+        console.print(_table(log))
     for name, bond in result.bonds.items():
         console.print(
             f"bond {name}: residual {bond['residual_J']:.3g} J of {bond['throughput_J']:.3g} J through it, "

@@ -1,1 +1,1 @@
-"""The log of a run: one MCAP file, written in bulk and read back as arrays."""
+"""The log: one MCAP file that holds the whole experiment."""

@@ -120,27 +120,33 @@ class Log:
             raise LogError(f"{self.path} has no channel {name}; it has {', '.join(self.channels) or 'none'}")
         return self.channels[name]
 
+    def parts(self, names: Sequence[str]) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+        """Channel, times (k,) int64 [ns] and values (k, n) float64, chunk by chunk: for logs larger than memory."""
+        wanted = [self.channel(name) for name in names]
+        for chunk in self._chunks([one.number for one in wanted]):
+            for one in wanted:
+                if one.number in chunk.index.message_index_offsets:
+                    records = chunk.gather(one)
+                    values = np.empty((len(records), one.template.floats))
+                    one.template.copy_floats(records, values)
+                    yield one.name, records["log_time"].astype(np.int64), values
+
     def read(self, names: Sequence[str] | None = None) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Times (k,) int64 [ns] and values (k, n) float64 of several channels (None: all), in one pass."""
         wanted = [self.channel(name) for name in (self.channels if names is None else names)]
-        times = {one.number: np.empty(one.count, np.int64) for one in wanted}
-        values = {one.number: np.empty((one.count, one.template.floats)) for one in wanted}
-        done = {one.number: 0 for one in wanted}
-        for chunk in self._chunks([one.number for one in wanted]):
-            for one in wanted:
-                if one.number not in chunk.index.message_index_offsets:
-                    continue
-                records = chunk.gather(one)
-                part = slice(done[one.number], done[one.number] + len(records))
-                if part.stop > one.count:
-                    raise LogError(f"{self.path}: channel {one.name} holds more messages than its {one.count}")
-                times[one.number][part] = records["log_time"]
-                one.template.copy_floats(records, values[one.number][part])
-                done[one.number] = part.stop
+        times = {one.name: np.empty(one.count, np.int64) for one in wanted}
+        values = {one.name: np.empty((one.count, one.template.floats)) for one in wanted}
+        done = {one.name: 0 for one in wanted}
+        for name, part_times, part_values in self.parts(list(times)):
+            part = slice(done[name], done[name] + len(part_times))
+            if part.stop > len(times[name]):
+                raise LogError(f"{self.path}: channel {name} holds more messages than its {len(times[name])}")
+            times[name][part], values[name][part] = part_times, part_values
+            done[name] = part.stop
         for one in wanted:
-            if done[one.number] != one.count:
-                raise LogError(f"{self.path}: channel {one.name} holds {done[one.number]} of {one.count} messages")
-        return {one.name: (times[one.number], values[one.number]) for one in wanted}
+            if done[one.name] != one.count:
+                raise LogError(f"{self.path}: channel {one.name} holds {done[one.name]} of {one.count} messages")
+        return {one.name: (times[one.name], values[one.name]) for one in wanted}
 
     def times(self, name: str) -> np.ndarray:
         """Simulated times of a channel's messages: (k,) int64 [ns]."""

@@ -21,7 +21,7 @@ from components.vessel.mass.component import COMPONENT as MASS
 
 LENGTH, SEGMENTS, G = 3.5, 10, 9.80665
 # The pool chain of Drupt et al. 2022, Table I: 0.092 kg/m wet, dry by steel's 7850 kg/m^3; 10 mm wide links. EA as for
-# a studless chain: DNV's EA = 0.854e8 d^2 kN and mass = 19.9e3 d^2 kg/m give 4.29e9 N per kg/m, for 0.1054 kg/m 4.5e5 N.
+# a studless chain: DNV's EA = 0.854e8 d^2 kN and mass = 19.9e3 d^2 kg/m give 4.29e6 N per kg/m, so here 4.5e5 N.
 CHAIN = {
     "length": LENGTH,
     "segments": SEGMENTS,

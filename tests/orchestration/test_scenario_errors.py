@@ -283,6 +283,12 @@ EDITS = {
         "{model: ./components/source.py, parameters: {ratio: 30 deg}}",
         "4:60 components.src.parameters.ratio: '30 deg': 'deg' does not convert to '1'; expected a number",
     ),
+    "far too many numbers": (
+        "{model: ./components/source.py}",
+        "{model: ./components/source.py, parameters: {nodes: 1000000000000}}",
+        "4:3 components.src: test.source cannot be set up with these parameters: it takes 3000000000018 "
+        "numbers; expected at most 10000000",
+    ),
 }
 
 TEXTS = {

@@ -21,11 +21,11 @@ def test_no_nodes():
 
 
 def test_diamond():
-    """    1
-         ↗   ↘
-        0     3     4 is alone: it is in the first stage
-         ↘   ↗
-           2"""
+    """1
+     ↗   ↘
+    0     3     4 is alone: it is in the first stage
+     ↘   ↗
+       2"""
     assert stages(5, [(0, 1), (0, 2), (1, 3), (2, 3)]) == (((0,), (4,)), ((1,), (2,)), ((3,),))
 
 
@@ -41,7 +41,7 @@ def test_bond():
 
 def test_bond_takes_in_what_lies_between():
     """0 -> body 1 -> 2 -> line 3 -> 4
-                   ======>"""
+    ======>"""
     assert stages(5, [(0, 1), (1, 2), (2, 3), (1, 3), (3, 4)], [(1, 3)]) == (((0,),), ((1, 2, 3),), ((4,),))
 
 

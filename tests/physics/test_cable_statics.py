@@ -44,7 +44,7 @@ def at_rest(far, /, **changes):
 
 
 def elastic_catenary(span, rise, length, weight, ea):
-    """H and V_a of a line from the origin to (span, rise down), both taken up by end a (Irvine 1981, eqs. 1.26-1.27)."""
+    """H and V_a of a line from the origin to (span, rise down), both taken up by end a (Irvine 1981, ch. 1)."""
 
     def ends(hv):
         h, v = np.exp(hv[0]), hv[1]
@@ -58,7 +58,7 @@ def elastic_catenary(span, rise, length, weight, ea):
 
 @pytest.mark.parametrize(("span", "rise"), [(1.0, 0.0), (2.0, 1.0), (3.3, -0.5)])
 def test_against_the_elastic_catenary(span, rise):
-    """End forces approach the closed form with the square of the segment length, so Richardson leaves less than 2e-5."""
+    """End forces approach the closed form with the square of the segment length; Richardson leaves less than 2e-5."""
     exact = np.array(elastic_catenary(span, rise, 3.5, wet_weight(), 4.5e5))
     errors, forces = [], []
     for n in (80, 160, 320):
@@ -93,7 +93,7 @@ HARD = {
 
 @pytest.mark.parametrize("name", HARD)
 def test_balances_to_rounding_and_stays_at_rest(name):
-    """Statics: the end forces carry the wet weight. Tolerance: a length known to 2^-52 times the coordinates, times k."""
+    """Statics: the end forces carry the wet weight. Tolerance: lengths are known to 2^-52 times the coordinates."""
     far, changes = HARD[name]
     (p, u, x, y, w), out = at_rest(far, **changes)
     chain = CHAIN | changes

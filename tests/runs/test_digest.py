@@ -31,14 +31,14 @@ def plain(tmp_path_factory):
     "options",
     [
         Options(),
-        Options(compression="lz4"),
+        Options(compression="zstd"),
         Options(compression="none"),
         Options(chunk_bytes=4096),
         Options(scene=False),
         Options(slice_ticks=1),
         Options(slice_ticks=7),
     ],
-    ids=["again", "lz4", "none", "small chunks", "no scene", "slices of one tick", "slices of seven"],
+    ids=["again", "zstd", "none", "small chunks", "no scene", "slices of one tick", "slices of seven"],
 )
 def test_recording_does_not_matter(plain, tmp_path, options):
     assert digest(tmp_path, options) == plain

@@ -61,7 +61,8 @@ def init(t_ns, dt_ns, p, u, x, y, w):
     k = observe(line, w, y, 1.0, residual, 0.0)
     if bonded(line):
         give_laws(line, w, h, y, k + LAW)
-        try_on(line, w, h)
+        if not try_on(line, w, h):
+            y[k - 3] = 0.0
         give_laws(line, w, h, y, k)
     return 0
 

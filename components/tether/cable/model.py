@@ -41,14 +41,14 @@ class Cable(Parameters):
     bond_b: bool = choice("whether a power bond ties the last end to a body", False)
     rho_inf: float = quantity(
         "1",
-        "spectral radius of generalised-alpha at infinite frequency; 0 on a bond, whatever is given",
+        "spectral radius of generalised-alpha at infinite frequency; 0 is taken on a bond and where slack",
         0.6,
         ge=0,
         le=1,
     )
     sub_steps: Annotated[int, Field(ge=1)] = choice("steps of the line within one of its period", 1)
     tolerance: float = quantity("1", "imbalance of a node, relative to dry weight plus tension", 1e-6, gt=0)
-    max_iterations: Annotated[int, Field(ge=1)] = choice("Newton iterations before a step is tried again in parts", 25)
+    max_iterations: Annotated[int, Field(ge=1)] = choice("Newton iterations before a step is tried again in parts", 60)
 
     @model_validator(mode="after")
     def _ends_fit(self) -> Cable:

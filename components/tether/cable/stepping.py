@@ -18,7 +18,7 @@ from components.tether.cable.line import (
     first_unknown,
     last_unknown,
     load,
-)  # fmt: skip
+)
 from components.tether.cable.statics import equilibrium
 
 # A step whose iteration fails is repeated with the sub-steps doubled, so often at most.
@@ -47,7 +47,8 @@ def slack(line, w):
 def attempt(line, x, u, w, h, parts, rho_inf):
     """Advance from the state x over h [s] in equal parts: Newton iterations, worst imbalance [N], convergence.
 
-    The nodes are left in w. Ends at once where a balance fails, for the caller to try again.
+    The nodes are left in w. Ends at once where a balance fails, for the caller to try again. A part that begins with
+    a slack segment uses rho_inf = 0: at a larger one the impact that ends the slack rings on and slackens it again.
     """
     load(line.n, x, w)
     iterations, worst = 0, 0.0
@@ -86,16 +87,19 @@ def march(line, x, u, w, h):
     step's iterate stands. So does a bonded line's at once: its ends follow the body's scheme over the whole step.
     """
     iterations, residual, converged = attempt(line, x, u, w, h, line.sub_steps, line.rho_inf)
-    if converged or bonded(line):
-        return iterations, residual, converged
-    for doubling in range(1, DOUBLINGS + 1):
+    if converged:
+        return iterations, residual, True
+    doublings = 0 if bonded(line) else DOUBLINGS
+    for doubling in range(1, doublings + 1):
         more, residual, converged = attempt(line, x, u, w, h, line.sub_steps << doubling, 0.0)
         iterations += more
         if converged:
-            calm(line, x, w, h)
-            return iterations, residual, True
-    more, residual, converged = attempt(line, x, u, w, h, 1, 0.0)
-    return iterations + more, residual, converged
+            break
+    if not (converged or bonded(line)):
+        more, residual, converged = attempt(line, x, u, w, h, 1, 0.0)
+        iterations += more
+    calm(line, x, w, h)
+    return iterations, residual, converged
 
 
 @kernel

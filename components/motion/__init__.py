@@ -1,0 +1,1 @@
+"""Prescribed motions and other sources of movement."""

@@ -1,0 +1,1 @@
+"""A stick held in a hand."""

@@ -1,0 +1,1 @@
+"""Lines in the water, each fidelity a component."""

@@ -1,0 +1,1 @@
+"""The static line in closed form."""

@@ -1,0 +1,1 @@
+"""A rigid mass on springs and dampers."""

@@ -1,0 +1,21 @@
+"""Memory stays flat: an hour of the pool scene, recorded and summed up, below 500 MB resident."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+LIMIT_MB = 500
+
+
+def test_one_hour(tmp_path):
+    words = ["run", "scenarios/pool_chain.yaml", "--until", "3600s", "--out", str(tmp_path / "hour.mcap")]
+    process = subprocess.Popen([sys.executable, "-m", "pipeline.cli", *words], cwd=ROOT, stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0
+    assert usage.ru_maxrss / 1024 < LIMIT_MB
+    assert (tmp_path / "hour.mcap").stat().st_size > 100e6, "it was not recorded"
