@@ -97,10 +97,16 @@ class Sizes:
 
 @dataclass(frozen=True)
 class BodyEnd:
-    """Where a body takes a line: gives a motion bundle, takes a force-law bundle, moves by the line's scheme."""
+    """Where a body takes a line: gives a motion bundle, takes a force-law bundle, moves by the line's scheme.
 
-    motion: str  # output bundle, see motion_ports
-    law: str  # input bundle, see law_ports
+    motion: output bundle, see motion_ports. law: input bundle, see law_ports.
+    switch: the boolean parameter that turns the input on (a body without a bond has nothing to wire there), "" if
+        it is always there.
+    """
+
+    motion: str
+    law: str
+    switch: str = ""
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ class Graph:
     """Nodes in the order of the YAML; `stages` is the order of execution.
 
     A stage is a tuple of groups that do not depend on each other within a tick; a group is a tuple of node indices
-    that run back to back (more than one where power bonds tie them).
+    that run back to back (more than one where power bonds tie them). Bonds stand in the order of their groups.
     """
 
     base_ns: int

@@ -146,7 +146,9 @@ class _Reading:
                 text = f"unknown parameter{catalogue.closest(key, list(kind.model_fields))}"
                 self._problems.append(Problem(value.key, f"{name}.{key}", text))
         for tie in ties:
-            if tie.line.component == name and (end := component.lines.get(tie.line.port)):
+            ends = ((tie.line, component.lines), (tie.body, component.bodies))
+            tied = [known[at.port] for at, known in ends if at.component == name and at.port in known]
+            for end in (end for end in tied if end.switch):
                 given[end.switch] = Given(Scalar(True, tie.place), tie.place, self._folder)
         where = tree.keys.get("parameters", place)
         return parameters.build(kind, given, where, inside, self._problems, meant - given.keys())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 Edge = tuple[int, int]  # (producer, consumer)
+Stages = tuple[tuple[tuple[int, ...], ...], ...]  # groups of nodes, see Graph
 
 
 def stages(nodes: int, direct: Iterable[Edge], bonds: Iterable[Edge] = ()) -> tuple[tuple[tuple[int, ...], ...], ...]:

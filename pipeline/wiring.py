@@ -67,7 +67,22 @@ class _Wiring:
         events = timeline.events(scenario, self._drafts, self._broken, ticks, self._problems)
         direct = {(edge.producer, edge.consumer) for edge in wires.edges}
         stages = () if self._problems else schedule.stages(len(nodes), direct, [(b.body, b.line) for b in bonds])
+        bonds = self._grouped(bonds, stages, nodes)
         return Graph(scenario.step_ns, ticks, nodes, stages, self._board, bonds, events, scenario.start_ns)
+
+    def _grouped(self, bonds: tuple[Bond, ...], stages: schedule.Stages, nodes: tuple[Node, ...]) -> tuple[Bond, ...]:
+        """Bonds in the order of the groups that hold them, whose members must all have one period."""
+        ordered: list[Bond] = []
+        for group in (group for stage in stages for group in stage):
+            inside = [bond for bond in bonds if bond.line in group]
+            periods = {nodes[i].period for i in group}
+            if inside and len(periods) > 1:
+                instance = self._scenario.instances[group[0]]
+                names = ", ".join(nodes[i].name for i in group)
+                text = f"bond '{inside[0].name}' makes {names} repeat a step together; they need equal periods"
+                self._report(instance.place, instance.path, text)
+            ordered += inside
+        return tuple(ordered)
 
     def _report(self, place: Place, path: str, text: str) -> None:
         self._problems.append(Problem(place, path, text))

@@ -75,6 +75,6 @@ COMPONENT = Component(
     sizes=model.sizes,
     init=init,
     step=step,
-    bodies={"hook": BodyEnd(motion="hook", law="line")},
+    bodies={"hook": BodyEnd(motion="hook", law="line", switch="takes_law")},
     assumptions="No rotation; linear springs and dampers; the hook is the centre of mass.",
 )
