@@ -25,7 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _rows(path: Path) -> list[Row]:
     spec = importlib.util.spec_from_file_location(f"benchmark_{path.stem}", path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.rows()
@@ -36,13 +37,19 @@ def _shown(value: Any) -> str:
 
 
 def _print(name: str, rows: list[Row]) -> None:
-    table = Table(title=name)
+    """What differs between rows as a table, what they share below it."""
     columns = list(dict.fromkeys(key for row in rows for key in row))
-    for column in columns:
+    shared = {column for column in columns if len(rows) > 1 and len({_shown(row.get(column, "")) for row in rows}) == 1}
+    shown = [column for column in columns if column not in shared]
+    table = Table(title=name)
+    for column in shown:
         table.add_column(column)
     for row in rows:
-        table.add_row(*(_shown(row.get(column, "")) for column in columns))
+        table.add_row(*(_shown(row.get(column, "")) for column in shown))
     console().print(table)
+    for column in columns:
+        if column in shared:
+            console().print(f"{column}: {_shown(rows[0][column])}")
 
 
 def command(arguments: argparse.Namespace) -> int:
@@ -51,7 +58,9 @@ def command(arguments: argparse.Namespace) -> int:
     wanted = list(found) if arguments.name == "all" else [arguments.name]
     unknown = [name for name in wanted if name not in found]
     if unknown or not found:
-        raise TowlineError(f"no benchmark {arguments.name}; there are {', '.join(found) or 'none in this installation'}")
+        raise TowlineError(
+            f"no benchmark {arguments.name}; there are {', '.join(found) or 'none in this installation'}"
+        )
     results = {}
     for name in wanted:
         console().print(f"measuring {name} ...")

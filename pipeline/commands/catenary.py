@@ -36,10 +36,10 @@ def _si(name: str, text: str, unit: str) -> float:
 
 def command(arguments: argparse.Namespace) -> int:
     """Solve and print it."""
-    given = [_si(name, getattr(arguments, name), unit) for name, unit, _ in ARGUMENTS]
+    length, weight, span, rise = (_si(name, getattr(arguments, name), unit) for name, unit, _ in ARGUMENTS)
     ea = None if arguments.ea is None else _si("ea", arguments.ea, "N")
     try:
-        line = hang(*given, ea)
+        line = hang(length, weight, span, rise, ea)
     except ValueError as error:
         raise TowlineError(f"no such line: {error}") from error
     values = {name: getattr(line, name) for name in UNITS}

@@ -28,15 +28,23 @@ def command(arguments: argparse.Namespace) -> int:
     graph = build_graph(load_scenario(arguments.scenario, arguments.set))
     seconds = graph.ticks * graph.base_ns / 1e9
     if arguments.json:
-        components = {node.name: {"model": node.model, "period_s": node.period * graph.base_ns / 1e9} for node in graph.nodes}
-        print_json({"ok": True, "simulated_s": seconds, "ticks": graph.ticks, "order": _order(graph), "components": components})
+        components = {
+            node.name: {"model": node.model, "period_s": node.period * graph.base_ns / 1e9} for node in graph.nodes
+        }
+        print_json(
+            {"ok": True, "simulated_s": seconds, "ticks": graph.ticks, "order": _order(graph), "components": components}
+        )
         return 0
-    table = Table(title=f"{arguments.scenario}: fine, {seconds:g} s in {graph.ticks} steps of {graph.base_ns / 1e6:g} ms")
+    table = Table(
+        title=f"{arguments.scenario}: fine, {seconds:g} s in {graph.ticks} steps of {graph.base_ns / 1e6:g} ms"
+    )
     for column in ("component", "model", "period", "outputs", "assumes"):
         table.add_column(column)
     for node in graph.nodes:
         outputs = ", ".join(f"{port.name} [{port.unit}]" for port in node.outputs)
-        table.add_row(node.name, node.model, f"{node.period * graph.base_ns / 1e6:g} ms", outputs, node.component.assumptions)
+        table.add_row(
+            node.name, node.model, f"{node.period * graph.base_ns / 1e6:g} ms", outputs, node.component.assumptions
+        )
     out = console()
     out.print(table)
     out.print(f"order of execution: {' -> '.join(_order(graph))}")

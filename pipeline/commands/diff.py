@@ -16,7 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's arguments."""
     parser.add_argument("a", type=Path, help="a log")
     parser.add_argument("b", type=Path, help="another")
-    parser.add_argument("--tolerance", type=float, metavar="X", help="largest difference allowed (default: none at all)")
+    parser.add_argument(
+        "--tolerance", type=float, metavar="X", help="largest difference allowed (default: none at all)"
+    )
 
 
 def command(arguments: argparse.Namespace) -> int:

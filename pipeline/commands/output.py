@@ -46,7 +46,9 @@ def warn(text: str) -> None:
 
 
 @contextmanager
-def progress_bar(title: str, end_s: float, start_s: float = 0.0, quiet: bool = False) -> Iterator[Callable[[float], None]]:
+def progress_bar(
+    title: str, end_s: float, start_s: float = 0.0, quiet: bool = False
+) -> Iterator[Callable[[float], None]]:
     """A bar with simulated time and real-time factor; yields the function that takes simulated seconds."""
     if quiet or not console().is_terminal:
         yield lambda _: None
@@ -60,7 +62,7 @@ def progress_bar(title: str, end_s: float, start_s: float = 0.0, quiet: bool = F
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console(), transient=True) as bar:
-        task = bar.add_task(title, total=end_s, completed=start_s, factor="")
+        task = bar.add_task(title, total=end_s, factor="")
         began = drawn = time.monotonic()
 
         def update(simulated_s: float) -> None:

@@ -20,7 +20,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's arguments."""
     parser.add_argument("log", type=Path, help="a log")
     parser.add_argument("--component", required=True, metavar="NAME", help="the component to run again")
-    parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter of it")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter of it"
+    )
     parser.add_argument("--out", type=Path, metavar="F", help="write its new outputs to this log")
 
 
@@ -47,7 +49,14 @@ def command(arguments: argparse.Namespace) -> int:
         _write(replay, ChannelSpec(node.name, node.outputs, {"kind": "component"}), arguments.out)
     if arguments.json:
         ports = {name: {"max_abs": value} for name, value in replay.ports.items()}
-        print_json({"component": replay.component, "identical": replay.identical, "steps": len(replay.times_ns) - 1, "ports": ports})
+        print_json(
+            {
+                "component": replay.component,
+                "identical": replay.identical,
+                "steps": len(replay.times_ns) - 1,
+                "ports": ports,
+            }
+        )
     else:
         verdict = "identical to the log" if replay.identical else "different from the log"
         table = Table(title=f"{replay.component}: {len(replay.times_ns) - 1} steps, {verdict}")

@@ -8,9 +8,9 @@ from pathlib import Path
 from pipeline.commands.output import console, print_json, progress_bar, say_compiling, warn
 from pipeline.commands.run import add_recording_arguments, options_of
 from pipeline.commands.summary import print_summary
-from pipeline.resume import resume_run
-from pipeline.rerun import graph_of
 from pipeline.log.reader import open_log
+from pipeline.rerun import graph_of
+from pipeline.resume import resume_run
 from pipeline.run import default_log
 
 

@@ -21,14 +21,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace the log if it exists")
     parser.add_argument("--bus", choices=["local", "zenoh"], help="where components run (default: the scenario's)")
     parser.add_argument("--until", metavar="10s", help="simulated time to run to (default: the scenario's duration)")
-    parser.add_argument("--rate", type=_positive, metavar="1", help="simulated seconds per second (default: as fast as it goes)")
+    parser.add_argument(
+        "--rate", type=_positive, metavar="1", help="simulated seconds per second (default: as fast as it goes)"
+    )
     parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter")
     add_recording_arguments(parser)
 
 
 def add_recording_arguments(parser: argparse.ArgumentParser) -> None:
     """How the log is written."""
-    parser.add_argument("--compression", choices=COMPRESSIONS, default=COMPRESSION, help=f"of the log (default: {COMPRESSION})")
+    parser.add_argument(
+        "--compression", choices=COMPRESSIONS, default=COMPRESSION, help=f"of the log (default: {COMPRESSION})"
+    )
     parser.add_argument("--chunk-bytes", type=_bytes, default=CHUNK_BYTES, metavar="N", help="of the log, uncompressed")
     parser.add_argument("--no-scene", action="store_true", help="leave the 3D scene out of the log")
 

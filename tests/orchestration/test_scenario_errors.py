@@ -12,6 +12,9 @@ from pipeline.scenario import load_scenario_text
 from pipeline.wiring import build_graph
 
 HERE = Path(__file__).parent
+MODELS = sorted(
+    f"{path.parts[-3]}.{path.parts[-2]}" for path in (HERE.parents[1] / "components").glob("*/*/component.py")
+)
 HEAD = "duration: 1 s\nstep: 20 ms\n"
 GOOD = (
     HEAD
@@ -125,8 +128,7 @@ EDITS = {
     "unknown model 2": (
         "./components/source.py",
         "spaceship",
-        "4:16 components.src.model: unknown model 'spaceship'; expected one of motion.fixed, "
-        "motion.hand, motion.van_der_pol, tether.cable, tether.catenary, vessel.mass",
+        f"4:16 components.src.model: unknown model 'spaceship'; expected one of {', '.join(MODELS)}",
     ),
     "missing model file": (
         "./components/source.py",

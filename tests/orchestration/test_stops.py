@@ -16,7 +16,9 @@ from pipeline.scenario import load_scenario_text
 from pipeline.wiring import build_graph
 
 MODELS = Path(__file__).parent / "components"
-COUNT_TO = "components: {{a: {{model: ./counter.py}}, b: {{model: ./relay.py, parameters: {{{}}}, inputs: {{in: a.n}}}}}}"
+COUNT_TO = (
+    "components: {{a: {{model: ./counter.py}}, b: {{model: ./relay.py, parameters: {{{}}}, inputs: {{in: a.n}}}}}}"
+)
 
 
 def run(graph: Graph) -> Conductor:
@@ -55,7 +57,9 @@ def test_python_exception(graph):
 
     built = graph(COUNT_TO.format(""))
     b = replace(built.nodes[1], component=replace(built.nodes[1].component, compiled=False, step=broken))
-    with pytest.raises(StepError, match=r"b stopped the run at t = 1 s: its Python code raised ZeroDivisionError: a mis"):
+    with pytest.raises(
+        StepError, match=r"b stopped the run at t = 1 s: its Python code raised ZeroDivisionError: a mis"
+    ):
         run(replace(built, nodes=(built.nodes[0], b)))
 
 

@@ -1,0 +1,108 @@
+"""towline validity: whether a catenary is a valid model of a recorded line, as tables like those of Drupt et al. 2022."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from pipeline.analysis.indicators import METHODS
+from pipeline.analysis.recording import recordings
+from pipeline.analysis.tables import INDICATORS, failures, rows
+from pipeline.analysis.validity import Cable, Tolerance, judge
+from pipeline.commands.output import console, print_json, warn
+from pipeline.errors import TowlineError
+from pipeline.quantities import si_value
+
+# "Less than 1 % of its length, indicating that it can be well approximated by a catenary" (Drupt et al. 2022, IV).
+TOLERANCE = "1%"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's arguments."""
+    parser.add_argument("log", type=Path, help="a log, a CSV of markers, or an MCAP file of another tool")
+    parser.add_argument("--channel", metavar="NAME", help="channel of the markers (default: all that have markers)")
+    parser.add_argument("--method", choices=METHODS, default=METHODS[0], help=f"of the fits (default: {METHODS[0]})")
+    parser.add_argument(
+        "--tolerance",
+        default=TOLERANCE,
+        metavar=TOLERANCE.replace("%", "%%"),
+        help=f"e_C at which the catenary fails, a share of the length or a length (default: {TOLERANCE}%)".replace("%", "%%"),
+    )
+    parser.add_argument("--length", metavar="M", help="length of the line [m] (default: the log's, or along the markers)")
+
+
+def cables(arguments: argparse.Namespace) -> list[Cable]:
+    """The cables that the arguments ask for, judged. Raises TowlineError if there are none."""
+    tolerance = _tolerance(arguments.tolerance)
+    length = None if arguments.length is None else _positive("length", arguments.length)
+    found = recordings(arguments.log, arguments.channel)
+    return [judge(recording, arguments.method, tolerance, length) for recording in found]
+
+
+def _tolerance(text: str) -> Tolerance:
+    if text.endswith("%"):
+        return Tolerance(_positive("tolerance", text[:-1], "1") / 100.0, True)
+    return Tolerance(_positive("tolerance", text), False)
+
+
+def _positive(name: str, text: str, unit: str = "m") -> float:
+    try:
+        value = si_value(text, unit, bare=True)
+    except ValueError as error:
+        raise TowlineError(f"--{name}: {error}") from error
+    if not 0 < value < float("inf"):
+        raise TowlineError(f"--{name}: {text} is not positive")
+    return value
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Judge and print."""
+    found = cables(arguments)
+    for cable in found:
+        for note in cable.recording.frames.notes:
+            warn(f"{cable.recording.frames.source}: {note}")
+    if arguments.json:
+        print_json({"cables": {cable.recording.name: cable.as_json() for cable in found}})
+        return 0
+    for cable in found:
+        print_cable(console(), cable)
+    return 0
+
+
+def print_cable(out: Console, cable: Cable) -> None:
+    """A cable's tables and what to know of them."""
+    table = Table(title=f"{cable.recording.name}: {cable.recording.origin.scenario or cable.recording.frames.source}")
+    table.add_column("")
+    for title in INDICATORS.values():
+        table.add_column(title, justify="right")
+        if cable.published:
+            table.add_column("published", justify="right", style="dim")
+    for name, values in rows(cable):
+        table.add_row(name, *values)
+    out.print(table)
+    out.print(f"{cable.statistics.frames_used} of {cable.statistics.frames} frames used, fitted in {cable.wall_s:.3g} s")
+    for reason, count in cable.fits.reasons().items():
+        out.print(f"  {count} {reason}")
+    for note in cable.fits.notes:
+        out.print(f"  {note}")
+    if cable.published:
+        out.print(f"published: {cable.published.table} of {cable.published.source}")
+    out.print(failures(cable))
+    _print_spans(out, cable)
+
+
+def _print_spans(out: Console, cable: Cable, most: int = 10) -> None:
+    """The spans of failure, the worst ones if they are many."""
+    if not cable.spans:
+        return
+    chosen = sorted(sorted(cable.spans, key=lambda span: -span.worst)[:most], key=lambda span: span.start_ns)
+    table = Table(title="" if len(chosen) == len(cable.spans) else f"the {most} worst of {len(cable.spans)} spans")
+    for column in ("from [s]", "to [s]", "frames", "largest e_C [mm]"):
+        table.add_column(column, justify="right")
+    for span in chosen:
+        times = (f"{t_ns * 1e-9:.2f}" for t_ns in (span.start_ns, span.end_ns))
+        table.add_row(*times, str(span.frames), f"{1e3 * span.worst:.4g}")
+    out.print(table)
