@@ -63,14 +63,15 @@ def progress_bar(
     )
     with Progress(*columns, console=console(), transient=True) as bar:
         task = bar.add_task(title, total=end_s, factor="")
-        began = drawn = time.monotonic()
+        began = drawn = 0.0
 
         def update(simulated_s: float) -> None:
-            nonlocal drawn
+            nonlocal began, drawn
             now = time.monotonic()
+            began = began or now
             if now - drawn >= NOTICE_S:
                 drawn = now
-                factor = f"{(simulated_s - start_s) / (now - began):.4g} x real time"
+                factor = f"{(simulated_s - start_s) / (now - began):.4g} x real time" if now > began else ""
                 bar.update(task, completed=simulated_s, factor=factor)
 
         yield update
