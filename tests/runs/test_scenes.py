@@ -88,7 +88,7 @@ components:
 
 
 def test_body_on_a_bond_hangs_and_swings(tmp_path):
-    """In balance until it is pushed; the pendulum's small-angle period with the chain's mass as reference."""
+    """In balance until it is pushed; then the period of a stiff pendulum, which the chain's drag hardly changes."""
     result, log = run(load_scenario(SCENARIOS / "bond_mass.yaml"), tmp_path / "bond.mcap")
     position, t = log.port("ball", "hook.position"), log.times("ball") * 1e-9
     assert np.abs(position[t < 1.0] - position[0]).max() < 1e-6
@@ -98,12 +98,13 @@ def test_body_on_a_bond_hangs_and_swings(tmp_path):
     swing = position[t > 10.0, 0]
     down = np.flatnonzero((swing[:-1] > 0) & (swing[1:] <= 0))
     period = np.diff(down).mean() * 0.01
-    assert period == pytest.approx(_pendulum_period(), rel=0.02)
+    assert period == pytest.approx(_pendulum_period(), rel=0.01)
 
 
 def _pendulum_period() -> float:
-    """Rayleigh quotient of a stiff pendulum: body 2 kg under 15 N on 2 m of chain with its added mass across."""
+    """A stiff pendulum: body 2 kg under 15 N, damped by 2 N s/m, on 2 m of chain with its added mass across."""
     chain, length = 0.1054 + 1000 * 1.3427e-5, 2.0
     inertia = 2.0 * length**2 + chain * length**3 / 3
     weight = 15.0 * length + (0.1054 - 1000 * 1.3427e-5) * 9.80665 * length**2 / 2
-    return 2 * np.pi * np.sqrt(inertia / weight)
+    decay = 2.0 * length**2 / (2 * inertia)
+    return 2 * np.pi / np.sqrt(weight / inertia - decay**2)
