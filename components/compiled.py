@@ -1,7 +1,7 @@
 """Compilation of kernels: one decorator, one cache folder, and the C entry points of a component.
 
-numba does not see edits in callees of cached functions, so the cache folder is named by a hash of all sources under
-components/, of numba, llvmlite and the CPU: an edit anywhere gives a new folder, never a stale kernel.
+numba does not see edits in callees of cached functions, so the cache folder is named by a hash of all sources that are
+compiled, of numba, llvmlite and the CPU: an edit in any of them gives a new folder, never a stale kernel.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import llvmlite
 import llvmlite.binding
 import numba
 from numba import njit, types
+from numba.core.config import reload_config
 
 from components.contract import Component, Kernel
 
@@ -39,14 +40,14 @@ from components.compiled import OPTIONS, SIGNATURE, kernel_of
 _init = njit(**OPTIONS)(kernel_of({key!r}).init)
 _step = njit(**OPTIONS)(kernel_of({key!r}).step)
 '''
-_ENTRY = '''
+_ENTRY = """
 
 @cfunc(SIGNATURE, cache=True, error_model="numpy")
 def {entry}(t_ns, dt_ns, p, u, x, y, w):
     n = carray(p, 5)
     return _{entry}(t_ns, dt_ns, carray(p, int(n[0])), carray(u, int(n[1])), carray(x, int(n[2])),
                     carray(y, int(n[3])), carray(w, int(n[4])))
-'''
+"""
 _components: dict[str, Component] = {}
 
 
@@ -59,24 +60,26 @@ class EntryPoints:
     keep: Any
 
 
-def source_hash(*folders: Path) -> str:
-    """SHA-256 over the names and contents of all Python files below the folders (default: components/)."""
+@cache
+def source_hash() -> str:
+    """SHA-256 over names and contents of all files of components/, and of those in pipeline/ that compile something."""
     digest = hashlib.sha256()
-    for folder in folders or (SOURCES,):
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes() + b"\0")
+    for path in sorted([*SOURCES.rglob("*.py"), *(SOURCES.parent / "pipeline").rglob("*.py")]):
+        text = path.read_bytes()
+        if path.is_relative_to(SOURCES) or b"njit" in text or b"import kernel" in text:
+            digest.update(str(path.relative_to(SOURCES.parent)).encode() + b"\0" + text + b"\0")
     return digest.hexdigest()
 
 
 @cache
 def cache_folder() -> Path:
-    """The folder of this source, these compilers and this CPU: below TOWLINE_CACHE, ~/.cache or the temporary folder."""
+    """The folder of these sources, compilers and CPU: below TOWLINE_CACHE, ~/.cache or the temporary folder."""
     cpu = llvmlite.binding.get_host_cpu_name() + llvmlite.binding.get_host_cpu_features().flatten()
     versions = f"{sys.version_info[:2]} {numba.__version__} {llvmlite.__version__} {cpu} {source_hash()}"
     name = hashlib.sha256(versions.encode()).hexdigest()[:16]
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    wanted = [os.environ.get("TOWLINE_CACHE"), Path(home) / "towline", Path(tempfile.gettempdir()) / f"towline-{os.getuid()}"]
-    for root in filter(None, wanted):
+    shared = Path(tempfile.gettempdir()) / f"towline-{os.getuid()}"
+    for root in filter(None, (os.environ.get("TOWLINE_CACHE"), Path(home) / "towline", shared)):
         folder = Path(root) / name
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -87,7 +90,8 @@ def cache_folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="towline-"))
 
 
-numba.config.CACHE_DIR = str(cache_folder())
+os.environ["NUMBA_CACHE_DIR"] = str(cache_folder())
+reload_config()
 
 # Decorator of every compiled function of the physics: cached, bits that repeat, allocation refused.
 kernel = njit(cache=True, **OPTIONS)
@@ -117,18 +121,14 @@ def is_cached(component: Component) -> bool:
     return not component.compiled or _binding_path(component).with_suffix(".done").exists()
 
 
-def _mark(source: Path) -> Path:
-    return cache_folder() / f"{source.stem}_{hashlib.sha256(source.read_bytes()).hexdigest()[:16]}.done"
+def is_marked(name: str) -> bool:
+    """Whether compiled functions that are no component's are in the cache, as mark_cached told."""
+    return (cache_folder() / f"{name}.done").exists()
 
 
-def is_source_cached(source: str) -> bool:
-    """Whether the compiled functions of a source file were compiled before, as mark_cached tells."""
-    return _mark(Path(source)).exists()
-
-
-def mark_cached(source: str) -> None:
-    """Note that the compiled functions of a source file are in the cache now."""
-    _mark(Path(source)).touch()
+def mark_cached(name: str) -> None:
+    """Note that they are in the cache now."""
+    (cache_folder() / f"{name}.done").touch()
 
 
 @cache
@@ -139,7 +139,8 @@ def _load(path: Path, name: str) -> ModuleType:
         fresh.write_text(text)
         fresh.replace(path)
     spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # numba's cache looks the module up by name
     spec.loader.exec_module(module)

@@ -63,7 +63,7 @@ def law_ports(bundle: str) -> tuple[Port, ...]:
 
 
 def quantity(unit: str, description: str, default: Any = ..., *, tunable: bool = False, **bounds: Any) -> Any:
-    """Declare a parameter with its SI unit ("1": dimensionless); bounds as pydantic's Field takes them (gt, le, ...)."""
+    """Declare a parameter with its SI unit ("1": dimensionless); bounds as in pydantic's Field (gt, le, ...)."""
     return Field(default, description=description, json_schema_extra={"unit": unit, "tunable": tunable}, **bounds)
 
 
@@ -102,23 +102,29 @@ class BodyEnd:
     motion: output bundle, see motion_ports. law: input bundle, see law_ports.
     switch: the boolean parameter that turns the input on (a body without a bond has nothing to wire there), "" if
         it is always there.
+    accelerance: output port (3, 3) [1/kg], NED, symmetric: how much the end's acceleration grows with a force there, in
+        the balance that the body solves (position and velocity following by the scheme; zero along a direction in which
+        it cannot move). With it a line between two bodies is balanced for both at once; "" if the body does not tell.
     """
 
     motion: str
     law: str
     switch: str = ""
+    accelerance: str = ""
 
 
 @dataclass(frozen=True)
 class LineEnd:
     """An end of a line that can be bonded to a body.
 
-    motion: input bundle of the end. law: output bundle, the law for the body's next step.
+    motion: input bundle of the end. force: output port, the line's force on what holds the end.
+    law: output bundle, the law for the body's next step.
     accepted: output bundle, the law about the motion just accepted, for repeating the same step.
     switch: the boolean parameter that turns both outputs on (a line without a bond does not pay for them).
     """
 
     motion: str
+    force: str
     law: str
     accepted: str
     switch: str
@@ -141,6 +147,8 @@ class Component:
         and may call functions made by `components.compiled.kernel`; else they are called as Python.
     status_text: what each positive status means; such a status stops the run.
     bodies, lines: the ends at which a power bond can be tied, by name.
+    cross: for two ends (a, b) of a line that are both bonded, the output port (3, 3) of -dF_a / d acceleration_b [kg]
+        about the motion just accepted, beside both ends' `accepted`.
     assumptions: what the model leaves out and where it is valid, one sentence.
     """
 
@@ -154,6 +162,7 @@ class Component:
     status_text: Mapping[int, str] = field(default_factory=dict)
     bodies: Mapping[str, BodyEnd] = field(default_factory=dict)
     lines: Mapping[str, LineEnd] = field(default_factory=dict)
+    cross: Mapping[tuple[str, str], str] = field(default_factory=dict)
     compiled: bool = True
     assumptions: str = ""
 

@@ -20,6 +20,8 @@ COMMANDS = {
     "resume": "go on with a run that was killed, from its log",
     "replay": "run one component again from a log's inputs",
     "diff": "compare two logs",
+    "validity": "judge whether a catenary was a valid model of a recorded line",
+    "report": "write the validity of a recorded line as an HTML page",
     "export": "write a log's channels as parquet or csv",
     "catenary": "static catenary between two points",
     "bench": "measure speed against error",

@@ -14,6 +14,7 @@ from pipeline.errors import StepError
 from pipeline.events import EventClock, Firing
 from pipeline.graph import Graph
 from pipeline.hosts.python import RAISED
+from pipeline.loop_tables import NON_FINITE, RESIDUAL, STATUS, THROUGHPUT, TICK, UNCONVERGED
 from pipeline.memory import lay_out
 from pipeline.snapshot import Snapshot
 
@@ -46,7 +47,7 @@ class Conductor:
     @property
     def tick(self) -> int:
         """Ticks made since t0."""
-        return int(self._tables.clock[loop.TICK])
+        return int(self._tables.clock[TICK])
 
     def time_ns(self, tick: int) -> int:
         """Simulated time [ns] at which a tick ends."""
@@ -91,12 +92,12 @@ class Conductor:
         k.states[:] = snapshot.states
         k.board[: self.graph.board] = snapshot.board
         k.bond_energy[:] = snapshot.bond_energy.reshape(k.bond_energy.shape)
-        k.clock[loop.TICK] = snapshot.tick
+        k.clock[TICK] = snapshot.tick
         self._begin_rows()
 
     def bond_energies(self) -> dict[str, dict[str, float]]:
         """Residual and throughput [J] of every bond, and how many of its steps stayed beyond the tolerance."""
-        names = {"residual_J": loop.RESIDUAL, "throughput_J": loop.THROUGHPUT, "unconverged": loop.UNCONVERGED}
+        names = {"residual_J": RESIDUAL, "throughput_J": THROUGHPUT, "unconverged": UNCONVERGED}
         rows = zip(self.graph.bonds, self._tables.bond_energy, strict=True)
         return {bond.name: {name: float(row[i]) for name, i in names.items()} for bond, row in rows}
 
@@ -117,7 +118,7 @@ class Conductor:
         self._slice = max(1, min(2 * self._slice, int((self.tick - before) * SLICE_S / took)))
 
     def _raise_if_stopped(self, t_ns: int) -> None:
-        status, failed = (int(n) for n in self._tables.clock[loop.STATUS :])
+        status, failed = (int(n) for n in self._tables.clock[STATUS:])
         if status == 0:
             return
         host = self.memory.python.get(failed)
@@ -130,7 +131,7 @@ class Conductor:
 
     def _reason(self, failed: int, status: int) -> str:
         node = self.graph.nodes[failed]
-        if status == loop.NON_FINITE:
+        if status == NON_FINITE:
             values = self._tables.board[self.memory.spans["y"][failed]]
             return f"its output {_first_non_finite(node.outputs, values)} is not finite"
         if status == RAISED and failed in self.memory.python:

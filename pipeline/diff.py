@@ -8,7 +8,6 @@ import numpy as np
 
 from pipeline.log.reader import Log
 
-
 Rows = tuple[np.ndarray, np.ndarray]  # times (k,) [ns] and values (k, n)
 NOTHING: Rows = np.empty(0, np.int64), np.empty((0, 0))
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from components.contract import Parameters
-from pipeline import native_loop as loop
 from pipeline.graph import Event, Graph
+from pipeline.loop_tables import OFFSET_ON
 from pipeline.memory import Memory
 
 
@@ -87,4 +87,4 @@ class EventClock:
                 tables.added[first : first + len(values)] += values
                 touched[first : first + len(values)] = True
         for i, span in enumerate(self._memory.spans["y"]):
-            tables.nodes[i, loop.OFFSET_ON] = touched[span].any()
+            tables.nodes[i, OFFSET_ON] = touched[span].any()

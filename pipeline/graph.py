@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from components.contract import Component, Parameters, Port
@@ -43,10 +43,28 @@ class Node:
     start: int
     terms: tuple[Term, ...]
 
+    @property
+    def width(self) -> int:
+        """How many numbers it puts on the board."""
+        return sum(port.size for port in self.outputs)
+
+
+@dataclass(frozen=True)
+class OtherEnd:
+    """The other end of a bond's line, where that is bonded too: what is needed to let it yield with the body there."""
+
+    bond: int  # index in Graph.bonds
+    cross: int  # board: -dF_a / d acceleration_b between the line's two ends (9)
+    is_first: bool  # whether the other end is a
+    accelerance: int  # board: of the body there (9)
+
 
 @dataclass(frozen=True)
 class Bond:
-    """A line's end tied to a body: board indices of the bundles, and where the body's law enters its u."""
+    """A line's end tied to a body: board indices of the bundles, and where the body's law enters its u.
+
+    other: None where the other end is no bond's, or is not known to yield alone (see wiring.py).
+    """
 
     name: str
     line: int  # node index
@@ -57,6 +75,7 @@ class Bond:
     target: int  # in the body's u (15)
     tolerance: float  # N
     rounds: int
+    other: OtherEnd | None = None
 
 
 @dataclass(frozen=True)
@@ -86,3 +105,20 @@ class Graph:
     bonds: tuple[Bond, ...] = ()
     events: tuple[Event, ...] = ()
     start_ns: int = 0  # t0
+
+
+def alone(graph: Graph, node: Node) -> Graph:
+    """A graph of one node and the events that touch it; its inputs are left to the caller.
+
+    node: one of the graph's, or the same with other parameters.
+    """
+    i = [other.name for other in graph.nodes].index(node.name)
+    start, end = graph.nodes[i].start, graph.nodes[i].start + graph.nodes[i].width
+    events = []
+    for event in graph.events:
+        sets = tuple((0, changes) for target, changes in event.set if target == i)
+        adds = tuple((first - start, values) for first, values in event.add if start <= first < end)
+        if sets or adds:
+            events.append(Event(event.tick, sets, adds, event.until, event.text))
+    single = replace(node, start=0, terms=())
+    return replace(graph, nodes=(single,), stages=(((0,),),), board=single.width, bonds=(), events=tuple(events))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from components import compiled
-from pipeline import native_loop as loop
-from pipeline.graph import Graph, Node
+from pipeline.graph import Graph, Node, OtherEnd
 from pipeline.hosts.python import PythonHost
+from pipeline.loop_tables import BOND_ROW, BOND_STATE, LAW, Tables
 
 CAPTURE_BYTES = 8 << 20  # captured rows held between two hand-overs to the recorder
 CAPTURE_TICKS = 1 << 16
@@ -22,7 +23,7 @@ class Memory:
     spans[name][i]: slice of node i's vector in the array of all (p, u, x, y, w).
     """
 
-    tables: loop.Tables
+    tables: Tables
     inits: np.ndarray
     parameters: np.ndarray
     workspace: np.ndarray
@@ -41,7 +42,7 @@ def execution_order(graph: Graph) -> list[tuple[int, ...]]:
 
 def _spans(sizes: list[int]) -> list[slice]:
     ends = np.cumsum([0, *sizes])
-    return [slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
 
 def _array(length: int) -> np.ndarray:
@@ -55,7 +56,7 @@ def _rows(table: list[tuple[int, ...]], columns: int) -> np.ndarray:
 def _capture_layout(graph: Graph) -> tuple[np.ndarray, np.ndarray, int, int]:
     """Row lengths, row starts, total length and the ticks that fit, of the captured rows of nodes, then bonds."""
     lengths = [1 + sum(port.size for port in node.outputs) for node in graph.nodes]
-    lengths += [1 + loop.BOND_ROW] * len(graph.bonds)
+    lengths += [1 + BOND_ROW] * len(graph.bonds)
     periods = [node.period for node in graph.nodes] + [graph.nodes[bond.body].period for bond in graph.bonds]
     per_tick = sum(8 * n / period for n, period in zip(lengths, periods, strict=True))
     ticks = int(min(CAPTURE_TICKS, max(1, CAPTURE_BYTES // max(per_tick, 1))))
@@ -64,7 +65,9 @@ def _capture_layout(graph: Graph) -> tuple[np.ndarray, np.ndarray, int, int]:
     return np.array(lengths, np.int64), starts[:-1].astype(np.int64), int(starts[-1]), ticks
 
 
-def _terms(graph: Graph, u: list[slice]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[float], list[int]]:
+def _terms(
+    graph: Graph, u: list[slice]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[float], list[int]]:
     """Tables of terms and of delayed copies; the values which the copies hold at t0; each node's first term."""
     terms: list[tuple[int, ...]] = []
     gains: list[float] = []
@@ -113,11 +116,12 @@ def _entry(node: Node, vectors: list[np.ndarray]) -> compiled.EntryPoints | Pyth
 
 def _bonds(graph: Graph, u: list[slice], starts: np.ndarray) -> np.ndarray:
     n = len(graph.nodes)
-    rows = [
-        (b.line, b.body, b.motion, b.accepted, u[b.body].start + b.target, b.rounds, n + j)
-        for j, b in enumerate(graph.bonds)
-    ]
-    return _rows(rows, 7)
+    rows = []
+    for j, b in enumerate(graph.bonds):
+        other = b.other or OtherEnd(bond=-1, cross=0, is_first=False, accelerance=0)
+        own = (b.line, b.body, b.motion, b.accepted, u[b.body].start + b.target, b.rounds, n + j)
+        rows.append((*own, other.bond, other.cross, int(other.is_first), other.accelerance))
+    return _rows(rows, 11)
 
 
 def _groups(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
@@ -151,14 +155,12 @@ def lay_out(graph: Graph) -> Memory:
             python[i] = entry
         addresses = [arrays[v].ctypes.data + 8 * spans[v][i].start for v in "puxyw"]
         x, y = spans["x"][i], spans["y"][i]
-        rows.append(
-            (entry.step, *addresses, node.period * graph.base_ns, node.period)
-            + (y.start, y.stop - y.start, x.start, x.stop - x.start, first[i], first[i + 1], i, 0)
-        )
+        places = (y.start, y.stop - y.start, x.start, x.stop - x.start, first[i], first[i + 1])
+        rows.append((entry.step, *addresses, node.period * graph.base_ns, node.period, *places, i, 0))
         inits.append(entry.init)
     capture = _array(total)
     order, groups = _groups(graph)
-    tables = loop.Tables(
+    tables = Tables(
         clock=np.zeros(3, np.int64),
         nodes=_rows(rows, 16),
         order=order,
@@ -169,7 +171,10 @@ def lay_out(graph: Graph) -> Memory:
         delayed=delayed,
         bonds=_bonds(graph, spans["u"], starts),
         tolerances=np.array([bond.tolerance for bond in graph.bonds], np.float64),
-        bond_energy=np.zeros((len(graph.bonds), loop.BOND_STATE)),
+        bond_energy=np.zeros((len(graph.bonds), BOND_STATE)),
+        laws=np.zeros((len(graph.bonds), LAW)),
+        best_laws=np.zeros((len(graph.bonds), LAW)),
+        system=np.zeros((3, 7)),
         inputs=arrays["u"],
         states=arrays["x"],
         saved=arrays["x"].copy(),

@@ -4,63 +4,41 @@ Everything is an index into five flat arrays (see memory.py): p, u, x, w of all 
 The loop holds no GIL and returns at a given tick, or as soon as a component stops the run.
 """
 
-from __future__ import annotations
-
-from typing import NamedTuple
-
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from components import compiled
-
-# Columns of Tables.nodes. Addresses are machine addresses, the rest are indices and counts.
-(STEP, P, U, X, Y, W, DT_NS, PERIOD, BOARD, N_Y, STATE, N_X, FIRST_TERM, END_TERM, CAPTURE, OFFSET_ON) = range(16)
-# Columns of Tables.terms.
-TARGET, SOURCE, COUNT, OFFSET, ASSIGNS = range(5)
-# Columns of Tables.bonds.
-LINE, BODY, MOTION, ACCEPTED, BODY_LAW, ROUNDS, BOND_CAPTURE = range(7)
-# Columns of Tables.bond_energy: the attachment's last position, energies, and counts.
-LAST_POSITION, RESIDUAL, THROUGHPUT, REPEATS, UNCONVERGED, BOND_STATE = 0, 3, 4, 5, 6, 7
-# Why the loop returned, and its other results, in Tables.clock.
-TICK, STATUS, FAILED = range(3)
-NON_FINITE = -(2**31)
-LAW = 15  # numbers of a law: force (3), acceleration (3), mass (3, 3)
-BOND_ROW = LAW + 3 + 3  # law used, accepted force, residual, throughput, rounds
-
-
-class Tables(NamedTuple):
-    """All that the compiled loop reads and writes.
-
-    nodes: (n, 16) int64, see the column names; order: (m,) int64 node indices as executed, group after group.
-    groups: (g, 4) int64 first and end in `order`, first and end in `bonds`.
-    terms: (k, 5) int64; gains: (k,); offsets: (o,) constants added by terms.
-    delayed: (d, 3) int64 target, source, count on the board: copies made as a tick begins.
-    bonds: (b, 7) int64; tolerances: (b,) [N]; bond_energy: (b, 7).
-    capture: (c,) float64 rows of (time bits, values); capture_ns: the same memory as int64; filled: rows' ends.
-    added: (signals,) offsets put on outputs by events. saved: (states,) x of bonded nodes as the tick began.
-    """
-
-    clock: np.ndarray
-    nodes: np.ndarray
-    order: np.ndarray
-    groups: np.ndarray
-    terms: np.ndarray
-    gains: np.ndarray
-    offsets: np.ndarray
-    delayed: np.ndarray
-    bonds: np.ndarray
-    tolerances: np.ndarray
-    bond_energy: np.ndarray
-    inputs: np.ndarray
-    states: np.ndarray
-    saved: np.ndarray
-    board: np.ndarray
-    added: np.ndarray
-    capture: np.ndarray
-    capture_ns: np.ndarray
-    filled: np.ndarray
+from components.compiled import OPTIONS, mark_cached
+from pipeline.loop_tables import (
+    ASSIGNS,
+    BOARD,
+    COUNT,
+    DT_NS,
+    END_TERM,
+    FAILED,
+    FIRST_TERM,
+    LAST_POSITION,
+    MOTION,
+    N_X,
+    N_Y,
+    NON_FINITE,
+    OFFSET,
+    OFFSET_ON,
+    PERIOD,
+    SOURCE,
+    STATE,
+    STATUS,
+    STEP,
+    TARGET,
+    TICK,
+    P,
+    U,
+    W,
+    X,
+    Y,
+)
+from pipeline.power_bond import account, give_laws, judge, keep_laws, mismatch, recall_laws, relinearise
 
 
 @intrinsic
@@ -77,7 +55,7 @@ def call(typingctx, address, t_ns, dt_ns, p, u, x, y, w):
     return signature, generate
 
 
-@njit(inline="always", **compiled.OPTIONS)
+@njit(inline="always", **OPTIONS)
 def gather(k, i):
     """Fill node i's inputs: copies, sums and linear functions of signals, in the order they were written."""
     for j in range(k.nodes[i, FIRST_TERM], k.nodes[i, END_TERM]):
@@ -98,11 +76,12 @@ def gather(k, i):
             k.inputs[target + c] = value
 
 
-@njit(inline="always", **compiled.OPTIONS)
+@njit(inline="always", **OPTIONS)
 def step_node(k, i, t_ns):
     """Step node i with the inputs gathered; 0, its status, or NON_FINITE."""
     n = k.nodes
-    status = call(n[i, STEP], t_ns, n[i, DT_NS], n[i, P], n[i, U], n[i, X], n[i, Y], n[i, W])
+    # An intrinsic is called without the typing context that its definition begins with.
+    status = call(n[i, STEP], t_ns, n[i, DT_NS], n[i, P], n[i, U], n[i, X], n[i, Y], n[i, W])  # pyright: ignore[reportCallIssue]
     first, end = n[i, BOARD], n[i, BOARD] + n[i, N_Y]
     if n[i, OFFSET_ON]:
         for c in range(first, end):
@@ -115,7 +94,7 @@ def step_node(k, i, t_ns):
     return status
 
 
-@njit(inline="always", **compiled.OPTIONS)
+@njit(inline="always", **OPTIONS)
 def capture(k, i, t_ns):
     """Append node i's outputs to its captured rows."""
     row = k.filled[i]
@@ -126,62 +105,7 @@ def capture(k, i, t_ns):
     k.filled[i] = row + 1 + n_y
 
 
-@njit(inline="always", **compiled.OPTIONS)
-def law_force(k, b, axis):
-    """Force [N] along an axis that bond b's law gives at the body's present acceleration."""
-    law, a = k.bonds[b, BODY_LAW], k.bonds[b, MOTION] + 6
-    force = k.inputs[law + axis]
-    for c in range(3):
-        force -= k.inputs[law + 6 + 3 * axis + c] * (k.board[a + c] - k.inputs[law + 3 + c])
-    return force
-
-
-@njit(inline="always", **compiled.OPTIONS)
-def mismatch(k, b):
-    """Norm [N] of the line's accepted force minus what the body reckoned with."""
-    square = 0.0
-    for axis in range(3):
-        difference = k.board[k.bonds[b, ACCEPTED] + axis] - law_force(k, b, axis)
-        square += difference * difference
-    return np.sqrt(square)
-
-
-@njit(inline="always", **compiled.OPTIONS)
-def relinearise(k, i, first, end):
-    """Give body i, for a repeated step, the laws about the motion that its lines accepted last."""
-    for b in range(first, end):
-        if k.bonds[b, BODY] == i:
-            for c in range(LAW):
-                k.inputs[k.bonds[b, BODY_LAW] + c] = k.board[k.bonds[b, ACCEPTED] + c]
-
-
-@njit(inline="always", **compiled.OPTIONS)
-def account(k, b, t_ns, rounds, worst):
-    """Sum up bond b's energies and capture its row."""
-    e = k.bond_energy[b]
-    row = k.bonds[b, BOND_CAPTURE]
-    at = k.filled[row]
-    k.capture_ns[at] = t_ns
-    for c in range(LAW):
-        k.capture[at + 1 + c] = k.inputs[k.bonds[b, BODY_LAW] + c]
-    for axis in range(3):
-        position = k.board[k.bonds[b, MOTION] + axis]
-        force = k.board[k.bonds[b, ACCEPTED] + axis]
-        moved = position - e[LAST_POSITION + axis]
-        e[RESIDUAL] += (force - law_force(k, b, axis)) * moved
-        e[THROUGHPUT] += abs(force * moved)
-        e[LAST_POSITION + axis] = position
-        k.capture[at + 1 + LAW + axis] = force
-    e[REPEATS] += rounds - 1
-    if worst > k.tolerances[b]:
-        e[UNCONVERGED] += 1.0
-    k.capture[at + 1 + LAW + 3] = e[RESIDUAL]
-    k.capture[at + 1 + LAW + 4] = e[THROUGHPUT]
-    k.capture[at + 1 + LAW + 5] = float(rounds)
-    k.filled[row] = at + 1 + BOND_ROW
-
-
-@njit(inline="always", **compiled.OPTIONS)
+@njit(inline="always", **OPTIONS)
 def copy_states(k, group, source, target):
     """Copy x of the group's nodes from one array of all states to another."""
     for m in range(k.groups[group, 0], k.groups[group, 1]):
@@ -190,34 +114,53 @@ def copy_states(k, group, source, target):
             target[c] = source[c]
 
 
-@njit(inline="always", **compiled.OPTIONS)
-def step_bonded(k, group, t_ns):
-    """Step a group that power bonds tie, repeating it with re-linearised laws until forces agree; (node, status)."""
-    first_bond, end_bond = k.groups[group, 2], k.groups[group, 3]
-    copy_states(k, group, k.states, k.saved)
-    rounds = 0
-    while True:
-        rounds += 1
-        for m in range(k.groups[group, 0], k.groups[group, 1]):
-            i = k.order[m]
-            gather(k, i)
-            if rounds > 1:
-                relinearise(k, i, first_bond, end_bond)
-            status = step_node(k, i, t_ns)
-            if status != 0:
-                return i, status
-        again = False
-        for b in range(first_bond, end_bond):
-            again = again or (mismatch(k, b) > k.tolerances[b] and rounds < k.bonds[b, ROUNDS])
-        if not again:
-            break
+@njit(inline="always", **OPTIONS)
+def make_round(k, group, t_ns, rounds):
+    """Step a group's nodes once, from the saved states and with k.laws if rounds were made before; (node, status)."""
+    if rounds > 0:
         copy_states(k, group, k.saved, k.states)
-    for b in range(first_bond, end_bond):
+    for m in range(k.groups[group, 0], k.groups[group, 1]):
+        i = k.order[m]
+        gather(k, i)
+        if rounds > 0:
+            give_laws(k, i, k.groups[group, 2], k.groups[group, 3])
+        status = step_node(k, i, t_ns)
+        if status != 0:
+            return i, status
+    return 0, 0
+
+
+@njit(inline="always", **OPTIONS)
+def step_bonded(k, group, t_ns):
+    """Step a group that power bonds tie, repeating it with re-linearised laws until forces agree; (node, status).
+
+    Where they never do, the round that came nearest is made once more.
+    """
+    first, end = k.groups[group, 2], k.groups[group, 3]
+    copy_states(k, group, k.states, k.saved)
+    rounds, least = 0, np.inf
+    while True:
+        i, status = make_round(k, group, t_ns, rounds)
+        rounds += 1
+        if status != 0:
+            return i, status
+        worst, again = judge(k, first, end, rounds)
+        if again:
+            if worst < least:
+                least = worst
+                keep_laws(k, first, end)
+            relinearise(k, first, end)
+        elif worst > 0.0 and worst > least:
+            recall_laws(k, first, end)
+            least = np.inf
+        else:
+            break
+    for b in range(first, end):
         account(k, b, t_ns, rounds, mismatch(k, b))
     return 0, 0
 
 
-@njit(inline="always", **compiled.OPTIONS)
+@njit(inline="always", **OPTIONS)
 def step_group(k, group, t_ns):
     """Step a group that is due and capture its outputs; (node, status)."""
     first, end = k.groups[group, 0], k.groups[group, 1]
@@ -233,7 +176,7 @@ def step_group(k, group, t_ns):
     return i, status
 
 
-@njit(nogil=True, cache=True, **compiled.OPTIONS)
+@njit(nogil=True, cache=True, **OPTIONS)
 def advance(k, until, start_ns, base_ns):
     """Advance the world tick by tick to `until`; returns early, with k.clock saying why, when a component stops it."""
     while k.clock[TICK] < until:
@@ -253,7 +196,7 @@ def advance(k, until, start_ns, base_ns):
         k.clock[TICK] = tick
 
 
-@njit(nogil=True, cache=True, **compiled.OPTIONS)
+@njit(nogil=True, cache=True, **OPTIONS)
 def initialise(k, inits, count, t_ns):
     """Gather and call the first `count` nodes' inits in the order of execution; k.clock says whether one failed."""
     for m in range(count):
@@ -277,4 +220,17 @@ def prepare(k, inits):
     """Compile both functions, or load them, without stepping anything."""
     initialise(k, inits, 0, 0)
     advance(k, k.clock[TICK], 0, 1)
-    compiled.mark_cached(__file__)
+    mark_cached("native_loop")
+
+
+@njit(nogil=True, cache=True, **OPTIONS)
+def step_through(k, u, y, first, end, start_ns, step_ns):
+    """Steps first..end-1 of node 0 alone, inputs from u (k, n_u), outputs to y (k, n_y); the failed one, else end."""
+    for s in range(first, end):
+        for c in range(u.shape[1]):
+            k.inputs[c] = u[s, c]
+        if step_node(k, 0, start_ns + s * step_ns) != 0:
+            return s
+        for c in range(y.shape[1]):
+            y[s, c] = k.board[c]
+    return end

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from components.compiled import OPTIONS
 from pipeline import native_loop as loop
 from pipeline.errors import LogError, StepError
 from pipeline.events import EventClock
-from pipeline.graph import Event, Graph, Node, Term
+from pipeline.graph import Graph, Node, Term, alone
 from pipeline.log.reader import Log
+from pipeline.loop_tables import LAW
 from pipeline.memory import lay_out
 
 
@@ -53,7 +52,7 @@ class _Signals:
 
     def column(self, index: int, ticks: np.ndarray) -> np.ndarray:
         """Signal at a board index as it stood after each of the ticks."""
-        j = next(j for j, node in enumerate(self._graph.nodes) if index < node.start + _width(node))
+        j = next(j for j, node in enumerate(self._graph.nodes) if index < node.start + node.width)
         values = self.steps(j)[:, index - self._graph.nodes[j].start]
         return values[ticks // self._graph.nodes[j].period]
 
@@ -63,14 +62,10 @@ class _Signals:
         return len(self.steps(j)) * period - 1
 
 
-def _width(node: Node) -> int:
-    return sum(port.size for port in node.outputs)
-
-
 def _producers(graph: Graph, node: Node) -> list[int]:
     """Indices of the nodes whose outputs a node's terms read."""
     read = {term.source for term in node.terms if term.gain != 0.0}
-    return [j for j, other in enumerate(graph.nodes) if any(other.start <= s < other.start + _width(other) for s in read)]
+    return [j for j, other in enumerate(graph.nodes) if any(other.start <= s < other.start + other.width for s in read)]
 
 
 def _addend(term: Term, signals: _Signals, ticks: np.ndarray) -> np.ndarray:
@@ -99,89 +94,62 @@ def _inputs(log: Log, graph: Graph, i: int) -> tuple[np.ndarray, np.ndarray]:
         u[:, span] = addend if term.assigns else addend + u[:, span]
     for bond in graph.bonds:
         if bond.body == i:
-            law = log.values(f"bond/{bond.name}")[:, : loop.LAW]
+            law = log.values(f"bond/{bond.name}")[:, :LAW]
             ticks, u = ticks[: len(law) + 1], u[: len(law) + 1]
-            u[1:, bond.target : bond.target + loop.LAW] = law[: len(u) - 1]
+            u[1:, bond.target : bond.target + LAW] = law[: len(u) - 1]
     return ticks, u
 
 
-def _alone(graph: Graph, i: int, node: Node) -> Graph:
-    """A graph of one node, with the events that touch it."""
-    events = []
-    for event in graph.events:
-        sets = tuple((0, changes) for target, changes in event.set if target == i)
-        start, end = graph.nodes[i].start, graph.nodes[i].start + _width(graph.nodes[i])
-        adds = tuple((first - start, values) for first, values in event.add if start <= first < end)
-        if sets or adds:
-            events.append(Event(event.tick, sets, adds, event.until, event.text))
-    single = replace(node, start=0, terms=())
-    stages = (((0,),),)
-    return replace(graph, nodes=(single,), stages=stages, board=_width(single), bonds=(), events=tuple(events))
-
-
-@njit(nogil=True, cache=True, **OPTIONS)
-def _step_through(k, u, y, first, end, start_ns, step_ns):
-    """Steps first..end-1 with inputs from u, outputs to y; the step that failed, else end."""
-    for s in range(first, end):
-        for c in range(u.shape[1]):
-            k.inputs[c] = u[s, c]
-        if loop.step_node(k, 0, start_ns + s * step_ns) != 0:
-            return s
-        for c in range(y.shape[1]):
-            y[s, c] = k.board[c]
-    return end
-
-
-def _compute(alone: Graph, u: np.ndarray, ticks: np.ndarray) -> np.ndarray:
+def _compute(graph: Graph, u: np.ndarray, ticks: np.ndarray) -> np.ndarray:
     """Outputs at every step: (k, n_y). Raises StepError."""
-    node = alone.nodes[0]
-    memory = lay_out(alone)
-    tables, events = memory.tables, EventClock(alone, memory)
-    y = np.empty((len(ticks), _width(node)))
+    node = graph.nodes[0]
+    memory = lay_out(graph)
+    tables, events = memory.tables, EventClock(graph, memory)
+    y = np.empty((len(ticks), node.width))
     tables.inputs[: u.shape[1]] = u[0]
-    loop.initialise(tables, memory.inits, 1, alone.start_ns)
+    loop.initialise(tables, memory.inits, 1, graph.start_ns)
     y[0] = tables.board[: y.shape[1]]
     done = 1
     while done < len(ticks):
         while (next_tick := events.next_tick()) is not None and next_tick < ticks[done]:
             events.fire(next_tick)
         end = len(ticks) if next_tick is None else int(np.searchsorted(ticks, next_tick, side="right"))
-        failed = _step_through(tables, u, y, done, end, alone.start_ns, node.period * alone.base_ns)
+        failed = loop.step_through(tables, u, y, done, end, graph.start_ns, node.period * graph.base_ns)
         if failed < end:
-            t = (alone.start_ns + int(ticks[failed]) * alone.base_ns) / 1e9
+            t = (graph.start_ns + int(ticks[failed]) * graph.base_ns) / 1e9
             raise StepError(f"{node.name} failed when replayed, at t = {t:.9g} s")
         done = end
     return y
 
 
 def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -> dict[str, float | None]:
-    before, at = {}, 0
+    before: dict[str, tuple[tuple[int, ...], np.ndarray]] = {}
+    at = 0
     for port in logged_node.outputs:
         before[port.name] = (port.shape, logged[:, at : at + port.size])
         at += port.size
     differences: dict[str, float | None] = {}
     at, k = 0, min(len(y), len(logged))
     for port in node.outputs:
-        shape, values = before.get(port.name, (None, None))
-        same = values is not None and shape == port.shape
-        differences[port.name] = float(np.abs(y[:k, at : at + port.size] - values[:k]).max(initial=0.0)) if same else None
+        shape, values = before.get(port.name, ((-1,), logged))
+        difference = None
+        if shape == port.shape:
+            difference = float(np.abs(y[:k, at : at + port.size] - values[:k]).max(initial=0.0))
+        differences[port.name] = difference
         at += port.size
     return differences
 
 
-def replay_component(log: Log, graph: Graph, name: str, changed: Graph) -> Replay:
-    """Run component `name` of `graph` again; `changed` is the same graph, maybe with other parameters of it.
+def replay_component(log: Log, graph: Graph, node: Node) -> Replay:
+    """Run a node of the log's graph again, maybe with other parameters than the graph's of that name.
 
-    Raises LogError if the component is unknown or an input was not recorded at every step, StepError if it fails.
+    Raises LogError if an input was not recorded at every step, StepError if it fails.
     """
-    names = [node.name for node in graph.nodes]
-    if name not in names:
-        raise LogError(f"{log.path}: no component {name}; it has {', '.join(names)}")
-    i = names.index(name)
+    i = [other.name for other in graph.nodes].index(node.name)
     ticks, u = _inputs(log, graph, i)
     logged = _Signals(log, graph).steps(i)
-    y = _compute(_alone(changed, i, changed.nodes[i]), u, ticks)
+    y = _compute(alone(graph, node), u, ticks)
     k = min(len(y), len(logged))
     identical = y.shape[1] == logged.shape[1] and y[:k].tobytes() == logged[:k].tobytes()
     times = graph.start_ns + ticks * graph.base_ns
-    return Replay(name, times, y, identical, _compare(changed.nodes[i], y, graph.nodes[i], logged))
+    return Replay(node.name, times, y, identical, _compare(node, y, graph.nodes[i], logged))

@@ -10,6 +10,7 @@ import numpy as np
 from pipeline.errors import LogError
 from pipeline.graph import Graph
 from pipeline.log.reader import Log
+from pipeline.log.recorder import pack_rows
 from pipeline.rerun import other_sources
 from pipeline.run import RESULT, Options, Progress, Result, Run, channels
 from pipeline.scenario import Scenario
@@ -28,19 +29,16 @@ def last_snapshot(log: Log) -> Snapshot:
 
 
 def _copy(log: Log, run: Run, graph: Graph, until_ns: int) -> None:
-    logged = log.read()
-    for channel, spec in enumerate(channels(graph)):
-        times, values = logged[spec.name]
+    numbers = {spec.name: channel for channel, spec in enumerate(channels(graph))}
+    for name, times, values in log.parts([name for name in numbers if name in log.channels]):
         kept = int(np.searchsorted(times, until_ns, side="right"))
-        run.copy(channel, np.column_stack([times[:kept].view(np.float64), values[:kept]]))
+        run.copy(numbers[name], pack_rows(times[:kept], values[:kept]))
     for t_ns, text in log.events():
         if t_ns < until_ns:
             run.copy_event(t_ns, text)
 
 
-def resume_run(
-    log: Log, scenario: Scenario, graph: Graph, out: Path, options: Options, progress: Progress
-) -> Result:
+def resume_run(log: Log, scenario: Scenario, graph: Graph, out: Path, options: Options, progress: Progress) -> Result:
     """Run from the log's last snapshot to the end of its scenario into a new, whole log.
 
     Every part of the run is in the snapshot, so channels recorded at a lower rate do not stand in the way.

@@ -17,6 +17,7 @@ import numpy as np
 
 from components import compiled
 from pipeline.conductor import BOND_PORTS, Conductor
+from pipeline.coupling import refuse_unstable
 from pipeline.digest import Digest
 from pipeline.errors import LogError, StepError
 from pipeline.events import Firing
@@ -108,7 +109,11 @@ class Run:
     """A run in progress; a context manager that leaves a whole log, or one that says it is not whole."""
 
     def __init__(self, scenario: Scenario, graph: Graph, out: Path, options: Options):
-        """Compile what is not cached and open the log. Raises LogError if it cannot be written."""
+        """Compile what is not cached and open the log.
+
+        Raises WiringError for a coupling that would be unstable, LogError if the log cannot be written.
+        """
+        refuse_unstable(graph, scenario.source)
         self.graph = graph
         self.conductor = Conductor(graph)
         self.digest = Digest([node.name for node in graph.nodes])
@@ -135,7 +140,9 @@ class Run:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         """A run that ends, stops itself or is interrupted closes its log; any other failure leaves it unfinished."""
         if kind is None or issubclass(kind, (StepError, KeyboardInterrupt)):
-            self._close("complete" if kind is None else "interrupted" if error is None or not str(error) else str(error))
+            self._close(
+                "complete" if kind is None else "interrupted" if error is None or not str(error) else str(error)
+            )
         else:
             self._recorder.abort()
 
@@ -147,12 +154,15 @@ class Run:
         self._snapshot()
 
     def resume(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot; the caller copies the rows up to it."""
+        """Go on from a snapshot, and note it; the caller has copied the rows up to it."""
         self.conductor.restore(snapshot)
         self.digest = Digest([node.name for node in self.graph.nodes], snapshot.chains)
-        periods = [node.period for node in self.graph.nodes] + [self.graph.nodes[b.body].period for b in self.graph.bonds]
+        periods = [node.period for node in self.graph.nodes] + [
+            self.graph.nodes[b.body].period for b in self.graph.bonds
+        ]
         self._steps[:] = snapshot.tick // np.array(periods, np.int64) + 1
         self._steps[len(self.graph.nodes) :] -= 1  # bonds have no row at t0
+        self._snapshot()
 
     def copy(self, channel: int, rows: np.ndarray) -> None:
         """Put rows that another log holds into this one."""

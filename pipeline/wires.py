@@ -144,7 +144,9 @@ class Wires:
         producer = self._drafts.get(source.component)
         if producer is None:
             if source.component not in self._broken:
-                text = f"unknown component '{source.component}'{closest(source.component, list(self._drafts))}"
+                text = (
+                    f"unknown component '{source.component}'{closest(source.component, [*self._drafts, *self._broken])}"
+                )
                 self._report(addend.place, addend.path, text)
             return []
         try:

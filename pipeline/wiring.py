@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 
 from pipeline import schedule, timeline
 from pipeline.catalogue import closest, first_line
 from pipeline.document import below, limited
 from pipeline.errors import Place, Problem, WiringError
-from pipeline.graph import Bond, Graph, Node
+from pipeline.graph import Bond, Graph, Node, OtherEnd
 from pipeline.quantities import as_time
 from pipeline.wires import Draft, Wires, merged
 from pipeline.written import Instance, Scenario, Tie
@@ -68,6 +69,7 @@ class _Wiring:
         direct = {(edge.producer, edge.consumer) for edge in wires.edges}
         stages = () if self._problems else schedule.stages(len(nodes), direct, [(b.body, b.line) for b in bonds])
         bonds = self._grouped(bonds, stages, nodes)
+        bonds = tuple(replace(bond, other=self._other_end(bond, bonds, wires)) for bond in bonds)
         return Graph(scenario.step_ns, ticks, nodes, stages, self._board, bonds, events, scenario.start_ns)
 
     def _grouped(self, bonds: tuple[Bond, ...], stages: schedule.Stages, nodes: tuple[Node, ...]) -> tuple[Bond, ...]:
@@ -174,6 +176,36 @@ class _Wiring:
         if len(self._problems) > before:
             return None
         return Bond(tie.name, line.index, body.index, motion, law, accepted, target, tie.tolerance, tie.rounds)
+
+    def _other_end(self, bond: Bond, bonds: tuple[Bond, ...], wires: Wires) -> OtherEnd | None:
+        """The other end of the bond's line, if each of the two bodies there is on one bond alone and tells accelerance.
+
+        Else None: a body on several bonds, or one that does not tell how it yields, is left to rounds in which each
+        end's law has the other end held.
+        """
+        ties, drafts = {tie.name: tie for tie in self._scenario.ties}, list(self._drafts.values())
+        facing = [j for j, other in enumerate(bonds) if other.line == bond.line and other.name != bond.name]
+        if len(facing) != 1:
+            return None
+        pair = bond, bonds[facing[0]]
+        ports = [drafts[b.body].instance.component.bodies[ties[b.name].body.port].accelerance for b in pair]
+        is_alone = all(sum(other.body == b.body for other in bonds) == 1 for b in pair)
+        here, there = (ties[b.name].line.port for b in pair)
+        crosses = drafts[bond.line].instance.component.cross
+        cross = crosses.get((here, there)) or crosses.get((there, here))
+        if not (cross and is_alone and all(ports)):
+            return None
+        tie = ties[bond.name]
+        start = self._matrix(drafts[bond.line], cross, tie, wires)
+        accelerance = self._matrix(drafts[pair[1].body], ports[1], tie, wires)
+        return OtherEnd(facing[0], start, (there, here) in crosses, accelerance)
+
+    def _matrix(self, owner: Draft, name: str, tie: Tie, wires: Wires) -> int:
+        """First index on the board of an output that must be 3x3."""
+        shape = next((port.shape for port in owner.outputs if port.name == name), (3, 3))
+        if shape != (3, 3):
+            self._report(tie.place, tie.path, f"'{owner.name}.{name}' is {shape}; a bond needs it to be (3, 3)")
+        return wires.bundle_start(owner, name, tie)
 
     def _end(self, tie: Tie, kind: str) -> Draft | None:
         """The component of a bond's end, if there is such an end."""

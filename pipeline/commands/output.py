@@ -14,7 +14,6 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from components import compiled
-from pipeline import native_loop
 from pipeline.graph import Graph
 
 NOTICE_S = 0.1  # a bar is drawn at most this often
@@ -35,7 +34,7 @@ def print_json(value: Any) -> None:
 def say_compiling(graph: Graph, quiet: bool) -> None:
     """Name the components that are about to be compiled for the first time."""
     fresh = sorted({n.component.name for n in graph.nodes if not compiled.is_cached(n.component)})
-    fresh += [] if compiled.is_source_cached(native_loop.__file__) else ["the loop"]
+    fresh += [] if compiled.is_marked("native_loop") else ["the loop"]
     if fresh and not quiet:
         console().print(f"compiling {', '.join(fresh)} (once; kept in {compiled.cache_folder()})")
 

@@ -13,7 +13,7 @@ from pipeline.errors import LogError
 from pipeline.log.reader import open_log
 from pipeline.log.recorder import ChannelSpec, Recorder
 from pipeline.replay import Replay, replay_component
-from pipeline.rerun import graph_of, other_sources
+from pipeline.rerun import changed_node, graph_of, other_sources
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,12 +40,12 @@ def command(arguments: argparse.Namespace) -> int:
             warn(text)
     foreign = [s for s in arguments.set if not s.startswith(f"{arguments.component}.")]
     if foreign:
-        raise LogError(f"--set {foreign[0]}: only parameters of {arguments.component} can change, the rest is replayed")
+        text = f"--set {foreign[0]}: only parameters of {arguments.component} can change, the rest is replayed"
+        raise LogError(text)
     graph = graph_of(log)[1]
-    changed = graph_of(log, arguments.set)[1] if arguments.set else graph
-    replay = replay_component(log, graph, arguments.component, changed)
+    node = changed_node(log, graph, arguments.component, arguments.set)
+    replay = replay_component(log, graph, node)
     if arguments.out:
-        node = next(n for n in changed.nodes if n.name == replay.component)
         _write(replay, ChannelSpec(node.name, node.outputs, {"kind": "component"}), arguments.out)
     if arguments.json:
         ports = {name: {"max_abs": value} for name, value in replay.ports.items()}

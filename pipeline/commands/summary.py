@@ -25,7 +25,7 @@ def _line(port: Port, nodes: np.ndarray) -> Iterator[Row]:
 
 def _rows(port: Port, values: np.ndarray) -> Iterator[Row]:
     """What to show of a port's values (k, *shape): a line by its sag, a vector by its norm, others as they are."""
-    if port.frame == "NED" and port.unit == "m" and len(port.shape) == 2 and port.shape[1] == 3:
+    if port.name == "nodes" and port.frame == "NED":
         yield from _line(port, values)
     elif port.shape == (3,) and port.unit == "m":
         for i, axis in enumerate(("north", "east", "down")):

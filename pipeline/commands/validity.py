@@ -1,8 +1,9 @@
-"""towline validity: whether a catenary is a valid model of a recorded line, as tables like those of Drupt et al. 2022."""
+"""towline validity: whether a catenary models a recorded line, in tables like those of Drupt et al. 2022."""
 
 from __future__ import annotations
 
 import argparse
+from itertools import pairwise
 from pathlib import Path
 
 from rich.console import Console
@@ -10,7 +11,7 @@ from rich.table import Table
 
 from pipeline.analysis.indicators import METHODS
 from pipeline.analysis.recording import recordings
-from pipeline.analysis.tables import INDICATORS, failures, rows
+from pipeline.analysis.tables import INDICATORS, failures, noise, rows
 from pipeline.analysis.validity import Cable, Tolerance, judge
 from pipeline.commands.output import console, print_json, warn
 from pipeline.errors import TowlineError
@@ -25,21 +26,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", type=Path, help="a log, a CSV of markers, or an MCAP file of another tool")
     parser.add_argument("--channel", metavar="NAME", help="channel of the markers (default: all that have markers)")
     parser.add_argument("--method", choices=METHODS, default=METHODS[0], help=f"of the fits (default: {METHODS[0]})")
-    parser.add_argument(
-        "--tolerance",
-        default=TOLERANCE,
-        metavar=TOLERANCE.replace("%", "%%"),
-        help=f"e_C at which the catenary fails, a share of the length or a length (default: {TOLERANCE}%)".replace("%", "%%"),
-    )
-    parser.add_argument("--length", metavar="M", help="length of the line [m] (default: the log's, or along the markers)")
+    text = "e_C at which the catenary fails: a share of the line's length, or a length (default: %(default)s)"
+    parser.add_argument("--tolerance", default=TOLERANCE, metavar="X", help=text)
+    parser.add_argument("--length", metavar="M", help="of the line [m] (default: the log's, or along the markers)")
+    parser.add_argument("--up", choices=["z", "-z"], help="in a file that does not say (default: as the line hangs)")
 
 
 def cables(arguments: argparse.Namespace) -> list[Cable]:
     """The cables that the arguments ask for, judged. Raises TowlineError if there are none."""
     tolerance = _tolerance(arguments.tolerance)
     length = None if arguments.length is None else _positive("length", arguments.length)
-    found = recordings(arguments.log, arguments.channel)
+    found = recordings(arguments.log, arguments.channel, arguments.up)
     return [judge(recording, arguments.method, tolerance, length) for recording in found]
+
+
+def seconds(texts: list[str]) -> tuple[float, ...]:
+    """Times of a window [s]. Raises TowlineError if they are none, or not in order."""
+    try:
+        times = tuple(si_value(text, "s", bare=True) for text in texts)
+    except ValueError as error:
+        raise TowlineError(f"--window: {error}") from error
+    if not all(a < b for a, b in pairwise(times)):
+        raise TowlineError(f"--window: {' '.join(texts)}: the end must be later than the start")
+    return times
 
 
 def _tolerance(text: str) -> Tolerance:
@@ -83,14 +92,16 @@ def print_cable(out: Console, cable: Cable) -> None:
     for name, values in rows(cable):
         table.add_row(name, *values)
     out.print(table)
-    out.print(f"{cable.statistics.frames_used} of {cable.statistics.frames} frames used, fitted in {cable.wall_s:.3g} s")
+    out.print(
+        f"{cable.statistics.frames_used} of {cable.statistics.frames} frames used, fitted in {cable.wall_s:.3g} s"
+    )
     for reason, count in cable.fits.reasons().items():
         out.print(f"  {count} {reason}")
     for note in cable.fits.notes:
         out.print(f"  {note}")
     if cable.published:
         out.print(f"published: {cable.published.table} of {cable.published.source}")
-    out.print(failures(cable))
+    out.print(failures(cable), noise(cable))
     _print_spans(out, cable)
 
 

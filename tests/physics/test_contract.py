@@ -18,7 +18,7 @@ from components.compiled import OPTIONS, bind
 from components.contract import Component
 from pipeline import native_loop as loop
 from pipeline.conductor import Conductor
-from pipeline.graph import Graph, Node
+from pipeline.graph import Graph, Node, alone
 from pipeline.memory import lay_out
 from pipeline.scenario import load_scenario
 from pipeline.wiring import build_graph
@@ -28,9 +28,56 @@ FOLDERS = sorted(path.parent for path in (ROOT / "components").glob("*/*/compone
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 # Functions of C99's <math.h>, and of <string.h> that compilers put in for copies and fills.
 LIBC_AND_LIBM = set(
-    "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs floor fma fmax "
-    "fmin fmod hypot ldexp frexp lgamma log log10 log1p log2 modf nearbyint pow remainder rint round sin sincos sinh "
-    "sqrt tan tanh tgamma trunc memcpy memmove memset".split()
+    [
+        "acos",
+        "acosh",
+        "asin",
+        "asinh",
+        "atan",
+        "atan2",
+        "atanh",
+        "cbrt",
+        "ceil",
+        "copysign",
+        "cos",
+        "cosh",
+        "erf",
+        "erfc",
+        "exp",
+        "exp2",
+        "expm1",
+        "fabs",
+        "floor",
+        "fma",
+        "fmax",
+        "fmin",
+        "fmod",
+        "hypot",
+        "ldexp",
+        "frexp",
+        "lgamma",
+        "log",
+        "log10",
+        "log1p",
+        "log2",
+        "modf",
+        "nearbyint",
+        "pow",
+        "remainder",
+        "rint",
+        "round",
+        "sin",
+        "sincos",
+        "sinh",
+        "sqrt",
+        "tan",
+        "tanh",
+        "tgamma",
+        "trunc",
+        "memcpy",
+        "memmove",
+        "memset",
+    ]
 )
 
 
@@ -74,10 +121,8 @@ def step_once(k, t_ns):
 
 def steps_alone(node: Node, graph: Graph, inputs: np.ndarray, poison: bool) -> np.ndarray:
     """Outputs and states of a node stepped by itself through the inputs, (k, n_y + n_x)."""
-    alone = replace(
-        graph, nodes=(replace(node, start=0, terms=()),), stages=(((0,),),), board=node_width(node), bonds=(), events=()
-    )
-    memory = lay_out(alone)
+    single = replace(alone(graph, node), events=())
+    memory = lay_out(single)
     tables = memory.tables
     seen = []
     for k, u in enumerate(inputs):
@@ -89,12 +134,8 @@ def steps_alone(node: Node, graph: Graph, inputs: np.ndarray, poison: bool) -> n
             loop.initialise(tables, memory.inits, 1, 0)
         else:
             assert step_once(tables, k * node.period * graph.base_ns) == 0
-        seen.append(np.concatenate([tables.board[: alone.board], tables.states]))
+        seen.append(np.concatenate([tables.board[: single.board], tables.states]))
     return np.array(seen)
-
-
-def node_width(node: Node) -> int:
-    return sum(port.size for port in node.outputs)
 
 
 def recorded_inputs(graph: Graph, ticks: int) -> list[np.ndarray]:
@@ -152,7 +193,7 @@ def test_no_kernel_leaves_its_vectors(path):
                 node.component.pack(node.parameters, node.seed),
                 inputs[0],
                 np.zeros(sizes.state),
-                np.zeros(node_width(node)),
+                np.zeros(node.width),
                 np.zeros(sizes.workspace),
             )
         )

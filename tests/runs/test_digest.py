@@ -18,7 +18,9 @@ SCENARIOS = Path(__file__).parents[2] / "scenarios"
 def digest(tmp_path, options=None, change=lambda scenario: scenario, name="pool_chain", seconds="12 s"):
     scenario = change(load_scenario(SCENARIOS / f"{name}.yaml", duration=seconds))
     out = tmp_path / "run.mcap"
-    result = run_scenario(scenario, build_graph(scenario), out, replace(options or Options(), overwrite=True), lambda _: None)
+    result = run_scenario(
+        scenario, build_graph(scenario), out, replace(options or Options(), overwrite=True), lambda _: None
+    )
     return result.digest
 
 
@@ -55,7 +57,9 @@ def test_record_rate_does_not_matter(plain, tmp_path, record):
 
 def test_seed_matters(plain, tmp_path):
     def reseeded(scenario):
-        return load_scenario_text(scenario.resolved_text().replace("seed: 1\n", "seed: 2\n"), "test.yaml", scenario.folder)
+        return load_scenario_text(
+            scenario.resolved_text().replace("seed: 1\n", "seed: 2\n"), "test.yaml", scenario.folder
+        )
 
     assert digest(tmp_path, change=reseeded) != plain
 

@@ -9,7 +9,7 @@ import pytest
 from pipeline.errors import LogError
 from pipeline.log.reader import open_log
 from pipeline.replay import replay_component
-from pipeline.rerun import graph_of
+from pipeline.rerun import changed_node, graph_of
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario, load_scenario_text
 from pipeline.wiring import build_graph
@@ -43,7 +43,7 @@ def logged(path, scenario):
 def test_rates_delays_and_events(tmp_path, name):
     log = logged(tmp_path / "mixed.mcap", load_scenario_text(MIXED, "test.yaml", MODELS))
     graph = build_graph(load_scenario_text(MIXED, "test.yaml", MODELS))
-    replay = replay_component(log, graph, name, graph)
+    replay = replay_component(log, graph, changed_node(log, graph, name, ()))
     assert replay.identical
     assert replay.times_ns[-1] == 60_000_000_000
 
@@ -53,31 +53,35 @@ def test_every_component_of_every_scenario(tmp_path, scenario):
     log = logged(tmp_path / "run.mcap", load_scenario(scenario, duration="4 s"))
     graph = graph_of(log)[1]
     for node in graph.nodes:
-        assert replay_component(log, graph, node.name, graph).identical, node.name
+        assert replay_component(log, graph, node).identical, node.name
 
 
 def test_another_parameter_changes_the_result(tmp_path):
     log = logged(tmp_path / "run.mcap", load_scenario(SCENARIOS / "pool_chain.yaml", duration="10 s"))
     graph = graph_of(log)[1]
-    thicker = graph_of(log, ["tether.drag_diameter=12mm"])[1]
-    replay = replay_component(log, graph, "tether", thicker)
+    thicker = changed_node(log, graph, "tether", ["tether.drag_diameter=12mm"])
+    replay = replay_component(log, graph, thicker)
     assert not replay.identical
     assert 1e-4 < replay.ports["nodes"] < 0.1
-    coarser = graph_of(log, ["tether.segments=20"])[1]
-    assert replay_component(log, graph, "tether", coarser).ports["nodes"] is None
+    coarser = changed_node(log, graph, "tether", ["tether.segments=20"])
+    assert replay_component(log, graph, coarser).ports["nodes"] is None
+    with pytest.raises(LogError, match=r"with tether.end_b=free tether has other inputs than were logged"):
+        changed_node(log, graph, "tether", ["tether.end_b=free"])
 
 
 def test_inputs_not_recorded_every_step_are_refused(tmp_path):
     text = MIXED.replace("a: {model: ./counter.py}", "a: {model: ./counter.py, record: every 2}")
     scenario = load_scenario_text(text, "test.yaml", MODELS)
     log, graph = logged(tmp_path / "run.mcap", scenario), build_graph(scenario)
-    with pytest.raises(LogError, match="a was recorded every 2 steps; replay needs every step of it: remove `record` of a"):
-        replay_component(log, graph, "b", graph)
-    assert replay_component(log, graph, "slow", graph).identical
+    with pytest.raises(
+        LogError, match="a was recorded every 2 steps; replay needs every step of it: remove `record` of a"
+    ):
+        replay_component(log, graph, changed_node(log, graph, "b", ()))
+    assert replay_component(log, graph, changed_node(log, graph, "slow", ())).identical
 
 
 def test_unknown_component(tmp_path):
     scenario = load_scenario_text(MIXED, "test.yaml", MODELS)
     log, graph = logged(tmp_path / "run.mcap", scenario), build_graph(scenario)
     with pytest.raises(LogError, match="no component x; it has a, slow, b, c"):
-        replay_component(log, graph, "x", graph)
+        changed_node(log, graph, "x", ())

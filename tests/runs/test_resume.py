@@ -73,7 +73,7 @@ def _kill_after(path: Path, share: float, undisturbed_s: float) -> None:
 
 
 def test_killed_at_random_moments(undisturbed, tmp_path):
-    shares = np.random.default_rng(20221024).uniform(0.0, 0.9, KILLS)
+    shares = np.random.default_rng(20221024).uniform(0.0, 0.5, KILLS)
     resumed_from = []
     for i, share in enumerate(shares):
         path, out = tmp_path / f"killed{i}.mcap", tmp_path / f"resumed{i}.mcap"
@@ -108,4 +108,19 @@ def test_interrupted_run_is_resumed(undisturbed, tmp_path):
     assert log.complete
     assert log.metadata(RESULT)["ending"] == "interrupted"
     result = resume_run(log, *graph_of(log), tmp_path / "out.mcap", Options(), lambda _: None)
+    assert result.digest == undisturbed.digest
+
+
+def test_resumed_run_killed_at_once_is_resumed_again(undisturbed, tmp_path):
+    def kill(_: float) -> None:
+        raise OSError("as a crash, which leaves the log without its end")
+
+    path, second = tmp_path / "killed.mcap", tmp_path / "second.mcap"
+    _kill_after(path, 0.5, undisturbed.wall_s)
+    for log_path, out, monitor in ((path, second, kill), (second, tmp_path / "third.mcap", lambda _: None)):
+        log = open_log(log_path)
+        try:
+            result = resume_run(log, *graph_of(log), out, Options(), monitor)
+        except OSError:
+            assert not open_log(out).complete
     assert result.digest == undisturbed.digest

@@ -7,11 +7,12 @@ from components.contract import Component, LineEnd
 from components.tether.cable import model
 from components.tether.cable.balance import assemble
 from components.tether.cable.dynamics import scheme
-from components.tether.cable.ends import give_force, give_law
+from components.tether.cable.ends import give_cross, give_force, give_law
 from components.tether.cable.line import BONDED, FREE, SCRATCH, TC, Q, store, unpack
 from components.tether.cable.stepping import bonded, march, start, try_on
 
 LAW = 15  # numbers of a law
+CONVERGED = -3  # where it stands in y, counted from the laws
 NOT_FINITE, NO_EQUILIBRIUM = 1, 2
 
 
@@ -38,9 +39,8 @@ def observe(line, w, y, converged, residual, iterations):
 
 
 @kernel
-def give_laws(line, w, h, y, k):
+def give_laws(line, w, s, y, k):
     """Write the law of each bonded end about the motion assembled last; k: where the first one stands in y."""
-    s = scheme(line.rho_inf, h)
     if line.end_a == BONDED:
         give_law(line, w, 0, s.c_q, y, k)
         k += 2 * LAW
@@ -48,6 +48,18 @@ def give_laws(line, w, h, y, k):
         if line.end_a == BONDED:
             assemble(line, w, s.c_m, s.c_c)
         give_law(line, w, line.n, s.c_q, y, k)
+
+
+@kernel
+def respond(line, w, h, y, k):
+    """Write the laws about the motion just accepted, then those of a trial step; k: where the first one stands in y."""
+    s = scheme(line.rho_inf, h)
+    give_laws(line, w, s, y, k + LAW)
+    if line.end_a == BONDED and line.end_b == BONDED:
+        give_cross(line, w, s.c_q, y, k + 4 * LAW)
+    if not try_on(line, w, h):
+        y[k + CONVERGED] = 0.0
+    give_laws(line, w, s, y, k)
 
 
 def init(t_ns, dt_ns, p, u, x, y, w):
@@ -60,10 +72,7 @@ def init(t_ns, dt_ns, p, u, x, y, w):
     store(line.n, w, x)
     k = observe(line, w, y, 1.0, residual, 0.0)
     if bonded(line):
-        give_laws(line, w, h, y, k + LAW)
-        if not try_on(line, w, h):
-            y[k - 3] = 0.0
-        give_laws(line, w, h, y, k)
+        respond(line, w, h, y, k)
     return 0
 
 
@@ -77,10 +86,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     store(line.n, w, x)
     k = observe(line, w, y, 1.0 if converged else 0.0, residual, float(iterations))
     if bonded(line):
-        give_laws(line, w, h, y, k + LAW)
-        if not try_on(line, w, h):
-            y[k - 3] = 0.0
-        give_laws(line, w, h, y, k)
+        respond(line, w, h, y, k)
     return 0
 
 
@@ -97,9 +103,10 @@ COMPONENT = Component(
         NO_EQUILIBRIUM: "no static equilibrium found between the ends: check length, axial_stiffness and the ends",
     },
     lines={
-        "end_a": LineEnd(motion="end_a", law="law_a", accepted="accepted_a", switch="bond_a"),
-        "end_b": LineEnd(motion="end_b", law="law_b", accepted="accepted_b", switch="bond_b"),
+        "end_a": LineEnd(motion="end_a", force="force_a", law="law_a", accepted="accepted_a", switch="bond_a"),
+        "end_b": LineEnd(motion="end_b", force="force_b", law="law_b", accepted="accepted_b", switch="bond_b"),
     },
+    cross={("end_a", "end_b"): "accepted_ab"},
     assumptions=(
         "No bending or torsion, no sea bed, still fluid, small axial strain; "
         "segments short against the line's radius of curvature and the wave lengths of its motion."

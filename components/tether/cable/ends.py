@@ -2,7 +2,7 @@
 
 from components.compiled import kernel
 from components.tether.cable import block_tridiagonal
-from components.tether.cable.line import ACC, FREE, SCRATCH, STATE, D, Q, R, V, first_unknown, last_unknown
+from components.tether.cable.line import ACC, FREE, SCRATCH, STATE, D, E, Q, R, V, first_unknown, last_unknown
 
 
 @kernel
@@ -78,3 +78,21 @@ def give_law(line, w, node, c_q, y, k):
     y[k + 1] = y[k + 3] = c_q * w[b + D + 3]
     y[k + 2] = y[k + 6] = c_q * w[b + D + 4]
     y[k + 5] = y[k + 7] = c_q * w[b + D + 5]
+
+
+@kernel
+def give_cross(line, w, c_q, y, k):
+    """Write -dF_a / d acc_b (9, row-major) to y[k:], from what give_law of end b left in w.
+
+    Eliminating the node i leaves between node 0 and node i + 1 the block -C D_i^-1 E_i, C the one that it had with i.
+    """
+    xx, yy, zz, xy, xz, yz = w[E], w[E + 1], w[E + 2], w[E + 3], w[E + 4], w[E + 5]
+    y[k], y[k + 1], y[k + 2] = c_q * xx, c_q * xy, c_q * xz
+    y[k + 3], y[k + 4], y[k + 5] = c_q * xy, c_q * yy, c_q * yz
+    y[k + 6], y[k + 7], y[k + 8] = c_q * xz, c_q * yz, c_q * zz
+    for i in range(1, line.n):
+        g = i * SCRATCH + E
+        for row in range(k, k + 9, 3):
+            cx, cy, cz = y[row], y[row + 1], y[row + 2]
+            for j in range(3):
+                y[row + j] = -(cx * w[g + j] + cy * w[g + 3 + j] + cz * w[g + 6 + j])

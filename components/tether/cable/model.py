@@ -8,10 +8,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from components.constants import GRAVITY
 from components.contract import Parameters, Port, Sizes, choice, law_ports, motion_ports, quantity
 from components.tether.cable.line import BONDED, DRIVEN, FREE, SCRATCH, STATE, Line
-
-STANDARD_GRAVITY = 9.80665  # m/s^2, CGPM 1901
 
 End = Literal["driven", "free"]
 
@@ -34,7 +33,7 @@ class Cable(Parameters):
     normal_added_mass: float = quantity("1", "added over displaced mass, across", 1.0, tunable=True, ge=0)
     tangential_added_mass: float = quantity("1", "added over displaced mass, along", 0.0, tunable=True, ge=0)
     fluid_density: float = quantity("kg/m^3", "density of the fluid", 1025.0, tunable=True, ge=0)
-    gravity: float = quantity("m/s^2", "acceleration of gravity, down", STANDARD_GRAVITY, tunable=True)
+    gravity: float = quantity("m/s^2", "acceleration of gravity, down", GRAVITY, tunable=True)
     end_a: End = choice("the first end: driven by a motion, or free", "driven")
     end_b: End = choice("the last end: driven by a motion, or free", "driven")
     bond_a: bool = choice("whether a power bond ties the first end to a body", False)
@@ -84,7 +83,7 @@ class Cable(Parameters):
             sub_steps=self.sub_steps,
             tolerance=self.tolerance,
             max_iterations=self.max_iterations,
-            dry_weight=self.mass_per_length * STANDARD_GRAVITY * self.length,
+            dry_weight=self.mass_per_length * GRAVITY * self.length,
         )
         return np.array(line, np.float64)
 
@@ -100,7 +99,7 @@ def inputs(cable: Cable) -> tuple[Port, ...]:
 
 
 def outputs(cable: Cable) -> tuple[Port, ...]:
-    """Shape, tensions, end forces, the solver's account, and for each bonded end its two laws."""
+    """Shape, tensions, end forces, the solver's account, for each bonded end its two laws, and how the ends couple."""
     ports = (
         Port("nodes", "m", (cable.segments + 1, 3), "NED", "node positions from end a to end b"),
         Port("tension", "N", (cable.segments,), "", "of each segment"),
@@ -113,6 +112,8 @@ def outputs(cable: Cable) -> tuple[Port, ...]:
     for end, bond in (("a", cable.bond_a), ("b", cable.bond_b)):
         if bond:
             ports += law_ports(f"law_{end}") + law_ports(f"accepted_{end}")
+    if cable.bond_a and cable.bond_b:
+        ports += (Port("accepted_ab", "kg", (3, 3), "NED", "-dF_a / d acceleration_b about the motion just accepted"),)
     return ports
 
 

@@ -13,10 +13,22 @@ FORCE, MATRIX = 0, 3  # in w: (3), and xx, yy, zz, xy, xz, yz
 
 
 @kernel
-def observe(x, y):
-    """Write the hook's motion."""
+def effective_mass(p, i, h):
+    """What a force along the axis i works against over h [s], -d balance / d acc [kg]."""
+    q_acc, v_acc = reach(h)
+    return p[MASS] + v_acc * p[DAMPING + i] + q_acc * p[STIFFNESS + i]
+
+
+@kernel
+def observe(p, x, h, y):
+    """Write the hook's motion and, with a law, its accelerance."""
     for i in range(9):
         y[i] = x[i]
+    if p[TAKES_LAW] > 0.0:
+        for i in range(9, 18):
+            y[i] = 0.0
+        for i in range(3):
+            y[9 + 4 * i] = 1.0 / effective_mass(p, i, h)
 
 
 @kernel
@@ -39,7 +51,7 @@ def init(t_ns, dt_ns, p, u, x, y, w):
         x[i] = p[START + i]
     for i in range(3):
         x[A + i] = x[ACC + i]
-    observe(x, y)
+    observe(p, x, dt_ns * 1e-9, y)
     return 0
 
 
@@ -52,7 +64,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
         q, v = predict(x[Q + i], x[V + i], x[A + i], h)
         x[Q + i], x[V + i] = q, v
         w[FORCE + i] = p[WEIGHT + i] - p[STIFFNESS + i] * (q - p[REST + i]) - p[DAMPING + i] * v
-        w[MATRIX + i] = p[MASS] + v_acc * p[DAMPING + i] + q_acc * p[STIFFNESS + i]
+        w[MATRIX + i] = effective_mass(p, i, h)
         w[MATRIX + 3 + i] = 0.0
         if law == 3:
             w[FORCE + i] += u[i]
@@ -63,7 +75,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
         x[Q + i] += q_acc * x[ACC + i]
         x[V + i] += v_acc * x[ACC + i]
         x[A + i] = 0.5 * (x[ACC + i] + x[A + i])
-    observe(x, y)
+    observe(p, x, h, y)
     return 0
 
 
@@ -75,6 +87,6 @@ COMPONENT = Component(
     sizes=model.sizes,
     init=init,
     step=step,
-    bodies={"hook": BodyEnd(motion="hook", law="line", switch="takes_law")},
+    bodies={"hook": BodyEnd(motion="hook", law="line", switch="takes_law", accelerance="accelerance")},
     assumptions="No rotation; linear springs and dampers; the hook is the centre of mass.",
 )

@@ -44,9 +44,10 @@ def inputs(mass: Mass) -> tuple[Port, ...]:
     return force + (law_ports("line") if mass.takes_law else ())
 
 
-def outputs(_: Mass) -> tuple[Port, ...]:
-    """The hook's motion."""
-    return motion_ports("hook")
+def outputs(mass: Mass) -> tuple[Port, ...]:
+    """The hook's motion; with a law, how it yields to a force."""
+    yields = Port("accelerance", "1/kg", (3, 3), "NED", "d acceleration / d force of the hook over a step")
+    return motion_ports("hook") + ((yields,) if mass.takes_law else ())
 
 
 def sizes(_: Mass) -> Sizes:

@@ -1,0 +1,1 @@
+"""Markers on lines, as a motion-capture system sees them."""

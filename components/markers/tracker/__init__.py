@@ -1,0 +1,1 @@
+"""Tracked markers along a line."""

@@ -1,0 +1,142 @@
+"""Whether a catenary is a valid model of a recorded line: fits, statistics and failures of each cable of a file."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from pipeline.analysis.indicators import Fits, fit_frames
+from pipeline.analysis.markers import MarkerFrames
+from pipeline.analysis.published import Published, published
+from pipeline.analysis.recording import Recording
+from pipeline.analysis.statistics import Span, Statistics, failing_spans, reliable, statistics
+from pipeline.errors import TowlineError
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """The e_C at which a catenary fails: a length [m], or a share of the line's length."""
+
+    value: float
+    is_share: bool
+
+    def metres(self, length: float) -> float:
+        """On a line of this length [m]."""
+        return self.value * length if self.is_share else self.value
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What the markers' noise does, medians over the reliable frames.
+
+    marker_mm: its standard deviation along each axis. e_plane_mm, e_catenary_mm: what it alone would give.
+    alpha_deg, C_per_m: standard deviations of alpha and C.
+    """
+
+    marker_mm: float
+    e_plane_mm: float
+    e_catenary_mm: float
+    alpha_deg: float
+    C_per_m: float
+
+
+@dataclass(frozen=True)
+class Cable:
+    """What was found of one cable. length: of the line [m], from length_source. tolerance: of e_C [m].
+
+    noise: None where the file does not tell the markers' noise.
+    """
+
+    recording: Recording
+    method: str
+    fits: Fits
+    statistics: Statistics
+    spans: list[Span]
+    length: float
+    length_source: str
+    tolerance: float
+    published: Published | None
+    noise: Noise | None
+    wall_s: float
+
+    def as_json(self) -> dict[str, Any]:
+        """The keys of `towline validity --json` for this cable."""
+        return {
+            **asdict(self.statistics),
+            "wall_s": self.wall_s,
+            "method": self.method,
+            "scenario": self.recording.origin.scenario,
+            "length_m": self.length,
+            "length_source": self.length_source,
+            "tolerance_mm": 1e3 * self.tolerance,
+            "fails": [
+                {"start_s": s.start_ns / 1e9, "end_s": s.end_ns / 1e9, "frames": s.frames, "worst_mm": 1e3 * s.worst}
+                for s in self.spans
+            ],
+            "frames_by_reason": self.fits.reasons(),
+            "notes": list(self.fits.notes),
+            "noise": None if self.noise is None else asdict(self.noise),
+            "published": None if self.published is None else asdict(self.published),
+        }
+
+
+def judge(recording: Recording, method: str, tolerance: Tolerance, length: float | None = None) -> Cable:
+    """Fit all frames of a recording and judge them; length: of the line [m], if it is known better than to the file.
+
+    wall_s is the time of the fits. Raises ValueError if there is no such method, TowlineError if the tolerance is a
+    share of a length that nothing tells.
+    """
+    start = time.perf_counter()
+    fits = fit_frames(recording.frames, method, recording.origin.noise)
+    wall_s = time.perf_counter() - start
+    metres, source = (length, "as given") if length is not None else _length(recording)
+    limit = tolerance.metres(metres)
+    if limit <= 0.0:
+        raise TowlineError(
+            f"{recording.frames.source}: the line's length is not known; give --length, or a tolerance in mm"
+        )
+    found = published(recording.origin.scenario) if recording.origin.arc is not None else None
+    return Cable(
+        recording=recording,
+        method=method,
+        fits=fits,
+        statistics=statistics(fits),
+        spans=failing_spans(fits, limit),
+        length=metres,
+        length_source=source,
+        tolerance=limit,
+        published=found,
+        noise=_noise(fits, recording.origin.noise),
+        wall_s=wall_s,
+    )
+
+
+def _noise(fits: Fits, sigma: float | None) -> Noise | None:
+    use = reliable(fits)
+    if sigma is None or not use.any():
+        return None
+    from pipeline.analysis.bias import expected  # with scipy.special, which not every file needs
+
+    floors = expected(fits, sigma)
+    return Noise(
+        1e3 * sigma,
+        1e3 * float(np.median(floors.floor_plane[use])),
+        1e3 * float(np.median(floors.floor_catenary[use])),
+        float(np.degrees(np.median(fits.sigma_alpha[use]))),
+        float(np.median(fits.sigma_C[use])),
+    )
+
+
+def _length(recording: Recording) -> tuple[float, str]:
+    if recording.origin.length is not None:
+        return recording.origin.length, f"of {recording.origin.line}, unstretched"
+    return _along_markers(recording.frames), "along the markers, the line itself is longer"
+
+
+def _along_markers(frames: MarkerFrames) -> float:
+    """Median length of the polyline through all markers, over the frames that show all; 0 if there is none."""
+    whole = frames.position[frames.valid.all(axis=1)]
+    return float(np.median(np.linalg.norm(np.diff(whole, axis=1), axis=2).sum(axis=1))) if len(whole) else 0.0

@@ -1,0 +1,41 @@
+"""towline report: the validity of a recorded line as one HTML page with tables and figures."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+from pipeline.commands import validity
+from pipeline.commands.output import console, print_json
+from pipeline.errors import TowlineError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command's arguments: those of validity, and the page."""
+    validity.add_arguments(parser)
+    parser.add_argument("--out", "-o", type=Path, metavar="F", help="the page (default: beside the log, .html)")
+    parser.add_argument("--window", nargs=2, metavar=("T0", "T1"), help="close-up [s] (default: 15 s around the worst)")
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Judge, draw and write."""
+    from pipeline.analysis.figures import Window  # matplotlib takes half a second to import
+    from pipeline.analysis.page import page
+    from pipeline.analysis.report import sections, write
+
+    start = time.perf_counter()
+    window = None if arguments.window is None else Window(*validity.seconds(arguments.window))
+    found = validity.cables(arguments)
+    out = arguments.out or arguments.log.with_suffix(".html")
+    try:
+        write(out, page(f"Validity of the catenary: {arguments.log.name}", sections(found, window)))
+    except OSError as error:
+        raise TowlineError(f"{out}: cannot write the report: {error.strerror or error}") from error
+    wall_s = time.perf_counter() - start
+    if arguments.json:
+        cables = {cable.recording.name: cable.as_json() for cable in found}
+        print_json({"report": str(out), "wall_s": wall_s, "cables": cables})
+    else:
+        console().print(f"report {out} ({out.stat().st_size / 1e6:.2g} MB, {wall_s:.2g} s)")
+    return 0

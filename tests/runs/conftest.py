@@ -1,0 +1,56 @@
+"""Synthetic lines for the tests of the analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+EXACT = np.longdouble  # 64 bits of mantissa on x86: the generator's own rounding stays below the last bit of float64
+
+
+def hanging_line(
+    C: float = 1.0,
+    length: float = 2.695,
+    chord: float = 0.0,
+    markers: int = 12,
+    alpha: float = 0.0,
+    psi: float = 0.0,
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> np.ndarray:
+    """Markers evenly along an inclined catenary, NED [m]: Drupt et al. 2022, eq. 2, 6-8, in extended precision.
+
+    chord: angle of the ends' chord to x_p in the plane [rad]. psi: heading of x_p. C < 0: a buoyant line.
+    """
+    reach = abs(C) * length
+
+    def middle(half: float) -> float:
+        return float(np.arccosh(max(1.0, reach / (2.0 * np.sinh(half)))))
+
+    widest = float(np.arcsinh(0.5 * reach))
+    half = widest
+    if chord:
+        half = brentq(
+            lambda y: np.sinh(middle(y)) * np.sinh(y) / y - np.tan(chord),
+            1e-9 * widest,
+            widest,
+            xtol=1e-300,
+            rtol=1e-15,
+        )
+    first, last = EXACT(middle(half) - half), EXACT(middle(half) + half)
+    arc = np.sinh(first) + (np.sinh(last) - np.sinh(first)) * np.linspace(EXACT(0), EXACT(1), markers)
+    X = np.arcsinh(arc)
+    x = (X - X[markers // 2]) / EXACT(abs(C))
+    z = (np.cosh(X) - np.cosh(X[markers // 2])) / EXACT(C)
+    along = np.array([np.cos(EXACT(psi)), np.sin(EXACT(psi)), EXACT(0)])
+    sine, cosine = np.sin(EXACT(alpha)), np.cos(EXACT(alpha))
+    up_the_plane = np.array([-sine * along[1], sine * along[0], -cosine])
+    return (x[:, None] * along + z[:, None] * up_the_plane + np.array(origin, EXACT)).astype(np.float64)
+
+
+@pytest.fixture(scope="session")
+def line() -> Callable[..., np.ndarray]:
+    """The generator above."""
+    return hanging_line
