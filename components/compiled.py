@@ -9,22 +9,27 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import pickle
+import shutil
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import llvmlite
 import llvmlite.binding
 import numba
+import numpy as np
 from numba import njit, types
 from numba.core.config import reload_config
 
 from components.contract import Component, Kernel
 
+T = TypeVar("T")
 SOURCES = Path(__file__).parent
 # IEEE division instead of exceptions, no fastmath; without numba's runtime, which only allocations need: its counting
 # of references would cost time in loops over arrays, and leave symbols undefined in the object code.
@@ -77,24 +82,52 @@ def cache_folder() -> Path:
     cpu = llvmlite.binding.get_host_cpu_name() + llvmlite.binding.get_host_cpu_features().flatten()
     versions = f"{sys.version_info[:2]} {numba.__version__} {llvmlite.__version__} {cpu} {source_hash()}"
     name = hashlib.sha256(versions.encode()).hexdigest()[:16]
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     shared = Path(tempfile.gettempdir()) / f"towline-{os.getuid()}"
     for root in filter(None, (os.environ.get("TOWLINE_CACHE"), Path(home) / "towline", shared)):
         folder = Path(root) / name
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if os.access(folder, os.W_OK):
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            # What lies in the cache is executed: it must be this user's own.
+            if os.access(folder, os.W_OK) and folder.stat().st_uid == os.getuid():
                 return folder
         except OSError:
             continue
     return Path(tempfile.mkdtemp(prefix="towline-"))
 
 
+def clear_cache() -> None:
+    """Remove all machine code of these sources, after a part of it was found damaged."""
+    for path in cache_folder().iterdir():
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def mended(load: Callable[[], T]) -> T:
+    """The result of loading compiled code; where the cache is damaged it is cleared and all is compiled anew."""
+    try:
+        return load()
+    except (EOFError, pickle.UnpicklingError, ImportError, AttributeError, RuntimeError):
+        clear_cache()
+        return load()
+
+
 os.environ["NUMBA_CACHE_DIR"] = str(cache_folder())
 reload_config()
 
-# Decorator of every compiled function of the physics: cached, bits that repeat, allocation refused.
-kernel = njit(cache=True, **OPTIONS)
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Decorator of every compiled function of the physics: cached, bits that repeat, allocation refused.
+
+    Functions of a user's own file are not cached by themselves, but as part of the component that calls them.
+    """
+    return njit(cache=_is_own(Path(function.__code__.co_filename)), **OPTIONS)(function)
+
+
+def _is_own(source: Path) -> bool:
+    return source.is_relative_to(SOURCES)
 
 
 def kernel_of(key: str) -> Component:
@@ -103,22 +136,33 @@ def kernel_of(key: str) -> Component:
 
 
 def _binding_path(component: Component) -> Path:
-    """The generated module; a component from outside components/ is told apart by the sources beside it."""
-    source = Path(component.step.__code__.co_filename)
-    own = "" if source.is_relative_to(SOURCES) else "_" + _beside(source)
-    return cache_folder() / f"bind_{component.name.replace('.', '_').replace('-', '_')}{own}.py"
+    """The generated module, named by the component and by what its machine code depends on beside components/."""
+    digest = hashlib.sha256()
+    for function in (component.init, component.step):
+        source = Path(function.__code__.co_filename)
+        digest.update(f"{source} {function.__qualname__} {function.__code__.co_firstlineno}".encode())
+        if not _is_own(source):
+            for path in sorted(source.parent.glob("*.py")):
+                digest.update(path.read_bytes())
+            digest.update(_constants(function))
+    name = "".join(c if c.isalnum() else "_" for c in component.name)
+    return cache_folder() / f"bind_{name}_{digest.hexdigest()[:16]}.py"
 
 
-def _beside(source: Path) -> str:
-    digest = hashlib.sha256(str(source).encode())
-    for path in sorted(source.parent.glob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+def _constants(function: Kernel) -> bytes:
+    """The numbers that a kernel may have compiled in: its module's, which can come from a file, and its closure's."""
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    values = [value for _, value in sorted(function.__globals__.items(), key=lambda item: item[0])] + cells
+    found = [value for value in values if isinstance(value, int | float | tuple | np.ndarray)]
+    return b"".join(v.tobytes() if isinstance(v, np.ndarray) else repr(v).encode() for v in found)
 
 
 def is_cached(component: Component) -> bool:
     """Whether bind() will load this component's machine code instead of compiling it."""
-    return not component.compiled or _binding_path(component).with_suffix(".done").exists()
+    if not component.compiled:
+        return True
+    path = _binding_path(component)
+    return path.with_suffix(".done").exists() and any(cache_folder().glob(f"*/{path.stem}.step-*.nbc"))
 
 
 def is_marked(name: str) -> bool:
@@ -155,7 +199,7 @@ def bind(component: Component) -> EntryPoints:
     """
     path = _binding_path(component)
     _components[path.stem] = component
-    module = _load(path, component.name)
+    module = mended(lambda: _load(path, component.name))
     return EntryPoints(module.init.address, module.step.address, module)
 
 

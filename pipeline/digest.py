@@ -15,8 +15,11 @@ SECOND_NS = 1_000_000_000
 
 
 def block_ticks(base_ns: int) -> int:
-    """Ticks a block: about one simulated second, so that a resumed real-time run repeats at most that."""
-    return min(max(SECOND_NS // base_ns, 64), 8192)
+    """Ticks a block: about one simulated second, but enough of them that handing a block over costs nothing.
+
+    A resumed run computes at most one block again.
+    """
+    return min(max(SECOND_NS // base_ns, 512), 8192)
 
 
 class Digest:

@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from components.compiled import OPTIONS, mark_cached
+from components.compiled import OPTIONS, mark_cached, mended
 from pipeline.loop_tables import (
     ASSIGNS,
     BOARD,
@@ -218,8 +218,8 @@ def initialise(k, inits, count, t_ns):
 
 def prepare(k, inits):
     """Compile both functions, or load them, without stepping anything."""
-    initialise(k, inits, 0, 0)
-    advance(k, k.clock[TICK], 0, 1)
+    mended(lambda: initialise(k, inits, 0, 0))
+    mended(lambda: advance(k, k.clock[TICK], 0, 1))
     mark_cached("native_loop")
 
 

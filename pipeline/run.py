@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import platform
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -28,7 +29,9 @@ from pipeline.snapshot import Snapshot
 
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
 PACED_SLICE_S = 0.05  # simulated time a slice of a paced run takes, times the rate
+PAUSE_S = 0.1  # longest wait that an interrupt has to wait for
 SCENARIO, RUN, RESULT = "scenario.yaml", "run", "result"  # the log's attachment and metadata records
+MODELS_HASH = "models_hash"  # in RUN
 PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
 
 Progress = Callable[[float], None]
@@ -80,15 +83,37 @@ def channels(graph: Graph) -> list[ChannelSpec]:
 def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
     """What the numbers depend on beside the scenario."""
     versions = {package: version(package) for package in ("towline", *PACKAGES)}
-    here = {"python": platform.python_version(), "machine": platform.machine(), "source_hash": compiled.source_hash()}
+    here = {"python": platform.python_version(), "machine": platform.machine()}
+    sources = {"source_hash": compiled.source_hash(), MODELS_HASH: models_hash(model_files(graph))}
     times = {"base_ns": str(graph.base_ns), "start_ns": str(graph.start_ns), "block_ticks": str(block)}
-    return {"scenario": scenario.name, **versions, **here, **times}
+    return {"scenario": scenario.name, **versions, **here, **sources, **times}
+
+
+def model_files(graph: Graph) -> dict[str, bytes]:
+    """Sources of the components that come from files beside the scenario, by the path which the graph names."""
+    return {node.model: Path(node.model).read_bytes() for node in graph.nodes if node.model.endswith(".py")}
+
+
+def models_hash(files: Mapping[str, bytes]) -> str:
+    """SHA-256 over the sources of file models, wherever they lie; empty if there are none."""
+    digest = hashlib.sha256()
+    for path, text in sorted(files.items(), key=lambda item: Path(item[0]).name):
+        digest.update(Path(path).name.encode() + b"\0" + text + b"\0")
+    return digest.hexdigest() if files else ""
 
 
 @contextmanager
 def interrupts_between_slices() -> Iterator[Callable[[], None]]:
-    """Hold SIGINT and SIGTERM back, so that they never fall into a write; yields what raises KeyboardInterrupt."""
+    """Hold SIGINT and SIGTERM back, so that they never fall into a write; yields what raises KeyboardInterrupt.
+
+    A second one is not held back: a component that never returns can be left.
+    """
     came: list[int] = []
+
+    def note(number: int, _frame: object) -> None:
+        came.append(number)
+        if len(came) > 1:
+            raise KeyboardInterrupt
 
     def raise_if_interrupted() -> None:
         if came:
@@ -97,7 +122,7 @@ def interrupts_between_slices() -> Iterator[Callable[[], None]]:
     if threading.current_thread() is not threading.main_thread():
         yield raise_if_interrupted
         return
-    before = {number: signal.signal(number, lambda n, _: came.append(n)) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield raise_if_interrupted
     finally:
@@ -108,8 +133,8 @@ def interrupts_between_slices() -> Iterator[Callable[[], None]]:
 class Run:
     """A run in progress; a context manager that leaves a whole log, or one that says it is not whole."""
 
-    def __init__(self, scenario: Scenario, graph: Graph, out: Path, options: Options):
-        """Compile what is not cached and open the log.
+    def __init__(self, scenario: Scenario, graph: Graph, out: Path | None, options: Options):
+        """Compile what is not cached and open the log; without `out` it is given a name of its own in logs/.
 
         Raises WiringError for a coupling that would be unstable, LogError if the log cannot be written.
         """
@@ -117,32 +142,43 @@ class Run:
         self.graph = graph
         self.conductor = Conductor(graph)
         self.digest = Digest([node.name for node in graph.nodes])
-        self.out = out
         self._options = options
         self._steps = np.zeros(len(graph.nodes) + len(graph.bonds), np.int64)
         self._every = np.array([node.record_every for node in graph.nodes] + [1] * len(graph.bonds), np.int64)
         self.recorded = np.zeros_like(self._steps)
-        self._flushed = time.monotonic()
-        self._recorder = Recorder(
-            out,
-            channels(graph),
-            attachments={SCENARIO: scenario.resolved_text().encode()},
-            metadata={RUN: provenance(scenario, graph, self.conductor.block)},
-            compression=options.compression,
-            chunk_bytes=options.chunk_bytes,
-            scene_period_ns=scenario.scene_ns if options.scene else None,
-            overwrite=options.overwrite,
-        )
+        self._flushed = self._noted = time.monotonic()
+        self._recorder = self._create(scenario, out)
+
+    def _create(self, scenario: Scenario, out: Path | None) -> Recorder:
+        path, options = out or default_log(scenario.name), self._options
+        try:
+            return Recorder(
+                path,
+                channels(self.graph),
+                attachments={SCENARIO: scenario.resolved_text().encode(), **model_files(self.graph)},
+                metadata={RUN: provenance(scenario, self.graph, self.conductor.block)},
+                compression=options.compression,
+                chunk_bytes=options.chunk_bytes,
+                scene_period_ns=scenario.scene_ns if options.scene else None,
+                overwrite=options.overwrite,
+            )
+        except LogError:
+            if out is None and default_log(scenario.name) != path:  # another run took the name in between
+                return self._create(scenario, None)
+            raise
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         """A run that ends, stops itself or is interrupted closes its log; any other failure leaves it unfinished."""
-        if kind is None or issubclass(kind, (StepError, KeyboardInterrupt)):
-            self._close(
-                "complete" if kind is None else "interrupted" if error is None or not str(error) else str(error)
-            )
+        if kind is None:
+            self._close("complete")
+        elif issubclass(kind, StepError):
+            self._close(str(error))
+        elif issubclass(kind, KeyboardInterrupt):
+            with suppress(LogError):  # a second interrupt may have fallen into a write, which ends the log there
+                self._close("interrupted")
         else:
             self._recorder.abort()
 
@@ -179,20 +215,18 @@ class Run:
         with interrupts_between_slices() as raise_if_interrupted:
             for _ in self.conductor.run(until, self._slice_ticks()):
                 self._hand_over()
-                if self.conductor.tick % self.conductor.block == 0:
-                    self.digest.end_block()
-                    if time.monotonic() - self._flushed >= FLUSH_S:
-                        self._snapshot()
+                self._end_slice()
                 progress(self._seconds(self.conductor.tick))
-                self._keep_pace(began_s, began_tick)
                 raise_if_interrupted()
+                for _ in self._pause(began_s, began_tick):
+                    raise_if_interrupted()
 
     def result(self, wall_s: float, since: int = 0) -> Result:
         """Summary of the run, or of its part since a tick."""
         simulated = self._seconds(self.conductor.tick)
         names = [spec.name for spec in channels(self.graph)]
         return Result(
-            log=str(self.out),
+            log=str(self._recorder.path),
             simulated_s=simulated,
             wall_s=wall_s,
             real_time_factor=(simulated - self._seconds(since)) / max(wall_s, 1e-9),
@@ -210,10 +244,25 @@ class Run:
             return self._options.slice_ticks
         return max(1, int(self._options.rate * PACED_SLICE_S * 1e9) // self.graph.base_ns)
 
-    def _keep_pace(self, began_s: float, began_tick: int) -> None:
+    def _pause(self, began_s: float, began_tick: int) -> Iterator[None]:
+        """Wait for the wall time that is due, a little at a time."""
         if self._options.rate is not None:
             due = began_s + self._seconds(self.conductor.tick - began_tick) / self._options.rate
-            time.sleep(max(0.0, due - time.monotonic()))
+            while (left := due - time.monotonic()) > 0.0:
+                time.sleep(min(left, PAUSE_S))
+                yield
+
+    def _end_slice(self) -> None:
+        """Close the digest's block at its end, and each second write out what there is, with a snapshot if possible."""
+        at_block_end = self.conductor.tick % self.conductor.block == 0
+        if at_block_end:
+            self.digest.end_block()
+        now = time.monotonic()
+        if at_block_end and now - self._noted >= FLUSH_S:
+            self._snapshot()
+        elif now - self._flushed >= FLUSH_S:
+            self._recorder.flush()
+            self._flushed = now
 
     def _hand_over(self) -> None:
         """Captured rows to the digest, every one of them, and to the recorder, those that are to be recorded."""
@@ -234,7 +283,7 @@ class Run:
         state = self.conductor.snapshot(self.digest.chains()).to_bytes()
         self._recorder.snapshot(self.conductor.time_ns(self.conductor.tick), state)
         self._recorder.flush()
-        self._flushed = time.monotonic()
+        self._flushed = self._noted = time.monotonic()
 
     def _close(self, ending: str) -> None:
         tick = self.conductor.tick
@@ -246,8 +295,11 @@ def _event_text(firing: Firing) -> str:
     return f"{firing.event.text} ends" if firing.ends else firing.event.text
 
 
-def run_scenario(scenario: Scenario, graph: Graph, out: Path, options: Options, progress: Progress) -> Result:
-    """Run a scenario from t0 to its end into a new log. Raises StepError, LogError."""
+def run_scenario(scenario: Scenario, graph: Graph, out: Path | None, options: Options, progress: Progress) -> Result:
+    """Run a scenario from t0 to its end into a new log, which without `out` gets a name in logs/.
+
+    Raises StepError, WiringError, LogError.
+    """
     with Run(scenario, graph, out, options) as run:
         began = time.monotonic()
         run.start()

@@ -9,7 +9,7 @@ from pipeline.commands.output import console, print_json, progress_bar, say_comp
 from pipeline.commands.summary import print_summary
 from pipeline.errors import TowlineError
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, COMPRESSIONS
-from pipeline.run import Options, default_log, run_scenario
+from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario
 from pipeline.wiring import build_graph
 
@@ -69,9 +69,8 @@ def command(arguments: argparse.Namespace) -> int:
         raise TowlineError("bus zenoh: not in this version; run with --bus local")
     graph = build_graph(scenario)
     say_compiling(graph, arguments.json)
-    out = arguments.out or default_log(scenario.name)
     with progress_bar(scenario.name, graph.ticks * graph.base_ns / 1e9, quiet=arguments.json) as progress:
-        result = run_scenario(scenario, graph, out, options_of(arguments), progress)
+        result = run_scenario(scenario, graph, arguments.out, options_of(arguments), progress)
     if arguments.json:
         print_json(result)
     else:

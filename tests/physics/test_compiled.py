@@ -1,0 +1,99 @@
+"""The cache of machine code: never stale, mended where damaged, and sure of whom it was made for."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+MODEL = '''"""A component of a user's own."""
+
+from pathlib import Path
+
+import numpy as np
+
+from components.compiled import kernel
+from components.contract import Component, Port
+
+TABLE = np.loadtxt(Path(__file__).parent / "table.txt", ndmin=1)
+
+
+@kernel
+def value():
+    return TABLE[0] + {edit}
+
+
+def step(t_ns, dt_ns, p, u, x, y, w):
+    y[0] = value()
+    return 0
+
+
+from components.contract import Parameters
+
+COMPONENT = Component(
+    name="own", parameters=Parameters, outputs=lambda _: (Port("v", "1"),), init=step, step=step
+)
+'''
+SCENARIO = "duration: 1 s\nstep: 1 s\ncomponents: {a: {model: ./own.py}}\n"
+RUN = """
+from pathlib import Path
+from pipeline.conductor import Conductor
+from pipeline.scenario import load_scenario
+from pipeline.wiring import build_graph
+c = Conductor(build_graph(load_scenario("s.yaml")))
+c.initialise()
+print(c.memory.tables.board[0])
+"""
+
+
+@pytest.fixture
+def value(tmp_path, monkeypatch):
+    """A function that runs the scene in a process of its own, with a cache of its own, and gives its signal."""
+    monkeypatch.setenv("TOWLINE_CACHE", str(tmp_path / "cache"))
+    (tmp_path / "s.yaml").write_text(SCENARIO)
+
+    def run(edit: float, table: float) -> float:
+        (tmp_path / "own.py").write_text(MODEL.format(edit=edit))
+        (tmp_path / "table.txt").write_text(f"{table}\n")
+        done = subprocess.run([sys.executable, "-c", RUN], capture_output=True, text=True, cwd=tmp_path, timeout=120)
+        assert done.returncode == 0, done.stderr
+        return float(done.stdout)
+
+    return run
+
+
+def test_edits_of_a_users_model_and_of_its_data_are_seen(value):
+    assert value(1, 5) == 6
+    assert value(2, 5) == 7
+    assert value(2, 8) == 10
+
+
+def test_damaged_cache_is_compiled_anew(value, tmp_path):
+    assert value(1, 5) == 6
+    damaged = list((tmp_path / "cache").rglob("*.nbc"))
+    assert damaged
+    for path in damaged:
+        path.write_bytes(b"")
+    assert value(1, 5) == 6
+
+
+def test_component_that_borrows_a_step_keeps_its_own_init():
+    from dataclasses import replace
+
+    from components.compiled import _binding_path
+    from components.motion.fixed.component import COMPONENT as FIXED
+    from components.motion.van_der_pol.component import COMPONENT
+
+    borrowed = replace(COMPONENT, init=FIXED.init)
+    assert _binding_path(borrowed) != _binding_path(COMPONENT)
+
+
+def test_sources_of_a_shared_folder_are_this_users(tmp_path, monkeypatch):
+    from components import compiled
+
+    monkeypatch.setenv("TOWLINE_CACHE", str(tmp_path / "own"))
+    folder = compiled.cache_folder.__wrapped__()
+    assert folder.is_relative_to(tmp_path / "own")
+    assert Path(folder).stat().st_mode & 0o077 == 0
