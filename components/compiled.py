@@ -109,7 +109,7 @@ def mended(load: Callable[[], T]) -> T:
     """The result of loading compiled code; where the cache is damaged it is cleared and all is compiled anew."""
     try:
         return load()
-    except (EOFError, pickle.UnpicklingError, ImportError, AttributeError, RuntimeError):
+    except (EOFError, pickle.UnpicklingError, ImportError, RuntimeError):
         clear_cache()
         return load()
 

@@ -121,6 +121,7 @@ class LineEnd:
     law: output bundle, the law for the body's next step.
     accepted: output bundle, the law about the motion just accepted, for repeating the same step.
     switch: the boolean parameter that turns both outputs on (a line without a bond does not pay for them).
+    stiffness: of the parameters, the taut line's axial stiffness [N/m] between its ends.
     """
 
     motion: str
@@ -128,6 +129,7 @@ class LineEnd:
     law: str
     accepted: str
     switch: str
+    stiffness: Callable[[Any], float]
 
 
 def _no_ports(_: Any) -> tuple[Port, ...]:

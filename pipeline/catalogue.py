@@ -13,7 +13,8 @@ from pathlib import Path
 from types import ModuleType
 
 import components
-from components.contract import Component
+from components.contract import Component, Parameters
+from pipeline.kernels import fault
 from pipeline.quantities import shown
 
 _NEAR = 0.6  # difflib's own measure of a close match
@@ -69,7 +70,9 @@ def _absolute(folder: Path, model: str) -> Path:
 def _import(model: str) -> ModuleType:
     try:
         return importlib.import_module(f"components.{model}.component")
-    except Exception as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # SystemExit among them
         raise ValueError(f"model '{model}' cannot be loaded: {first_line(error)}") from error
 
 
@@ -85,9 +88,9 @@ def _load_file(path: Path) -> ModuleType:
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
-    except BaseException as error:
+    except BaseException as error:  # SystemExit among them
         del sys.modules[name]
-        if not isinstance(error, Exception):
+        if isinstance(error, KeyboardInterrupt):
             raise
         raise ValueError(f"'{path.name}' cannot be loaded: {first_line(error)}") from error
     return module
@@ -97,7 +100,15 @@ def _component_of(module: ModuleType, model: str) -> Component:
     component = getattr(module, "COMPONENT", None)
     if not isinstance(component, Component):
         raise ValueError(f"'{model}' has no COMPONENT; expected one made by components.contract.Component")
+    if not isinstance(component.name, str) or not _is_parameters(component.parameters):
+        raise ValueError(f"'{model}' has a COMPONENT whose name is no text or whose parameters are no Parameters class")
+    if wrong := fault(component):
+        raise ValueError(f"'{model}': {wrong}")
     return component
+
+
+def _is_parameters(kind: object) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Parameters)
 
 
 def first_line(error: BaseException) -> str:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import os
 import signal
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TextIO
 
 from pipeline.errors import TowlineError
 
@@ -63,7 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _report("interrupted", parsed.json)
         return INTERRUPTED
     except BrokenPipeError:
-        sys.stderr.close()
+        _silence(sys.stdout)
+        _silence(sys.stderr)
         return FAILED
     except Exception as error:
         if parsed.debug:
@@ -78,9 +80,19 @@ def _terminate(_number: int, _frame: Any) -> None:
 
 def _report(message: str, as_json: bool) -> None:
     if as_json:
-        print(json.dumps({"error": message}))
+        try:
+            print(json.dumps({"error": message}), flush=True)
+        except OSError:  # then standard error alone tells
+            _silence(sys.stdout)
     for line in message.splitlines() or [""]:
         print(f"towline: {line}", file=sys.stderr)
+
+
+def _silence(stream: TextIO) -> None:
+    """Send what a stream still holds nowhere: Python would complain at its exit that it cannot be written."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
 
 
 if __name__ == "__main__":

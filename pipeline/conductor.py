@@ -131,12 +131,13 @@ class Conductor:
 
     def _reason(self, failed: int, status: int) -> str:
         node = self.graph.nodes[failed]
-        if status == NON_FINITE:
-            values = self._tables.board[self.memory.spans["y"][failed]]
+        values = self._tables.board[self.memory.spans["y"][failed]]
+        if status == NON_FINITE and not np.isfinite(values).all():
             return f"its output {_first_non_finite(node.outputs, values)} is not finite"
-        if status == RAISED and failed in self.memory.python:
-            error = self.memory.python[failed].error
-            return f"its Python code raised {type(error).__name__}: {error}"
+        host = self.memory.python.get(failed)
+        if status == RAISED and host is not None and host.error is not None:
+            said = str(host.error).strip().partition("\n")[0]
+            return f"its Python code raised {type(host.error).__name__}{': ' if said else ''}{said}"
         return node.component.status_text.get(status, f"status {status}, which it does not explain")
 
     def _inputs(self, failed: int) -> str:

@@ -1,7 +1,7 @@
 """Refuses a body that takes a line's force one step late where that is unstable, and says how to tie them instead.
 
-Such a coupling amplifies by about G/M a step: G, the line's effective end mass -dF/da [kg] with its stiffness over the
-step, against the body's own M. Both are found by trying: the line's first law, and the body's answer to a small force.
+Such a coupling amplifies by about G/M a step, G the line's effective end mass -dF/da [kg] and M the body's own, and by
+(h sqrt(K/M))^2 once the line is taut. G and M are found by trying: the line's first law, the body's answer to a force.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pipeline.errors import Place, Problem, WiringError
 from pipeline.graph import Graph, Node, alone
 from pipeline.memory import lay_out
 
-LIMIT = 0.1  # of G/M; measured in bond_convergence: growth begins near 1, and damped errors of the force need a margin
+LIMIT = 0.1  # of G/M and of h sqrt(K/M); growth begins near 1, and what is below it must still be damped
 PROBE_N = 1e-3  # small against any force, large against rounding
 
 
@@ -99,8 +99,8 @@ def _accelerance(graph: Graph, found: ForceLoop, motion: int, u: np.ndarray) -> 
     return np.stack(columns, axis=1)
 
 
-def _ratio(graph: Graph, conductor: Conductor, found: ForceLoop) -> float:
-    """G/M of a loop: the largest eigenvalue of accelerance times end mass."""
+def _ratios(graph: Graph, conductor: Conductor, found: ForceLoop) -> tuple[float, float]:
+    """G/M of a loop at t0, and h sqrt(K/M) with the taut line's stiffness K, which a slack start does not show."""
     line, body = graph.nodes[found.line], graph.nodes[found.body]
     end = line.component.lines[found.end]
     spans, tables = conductor.memory.spans["u"], conductor.memory.tables
@@ -108,7 +108,10 @@ def _ratio(graph: Graph, conductor: Conductor, found: ForceLoop) -> float:
     source = next(t.source + taken - t.target for t in line.terms if t.target <= taken < t.target + t.count)
     mass = _end_mass(graph, found.line, end, tables.inputs[spans[found.line]])
     accelerance = _accelerance(graph, found, source - body.start, tables.inputs[spans[found.body]])
-    return float(np.abs(np.linalg.eigvals(accelerance @ mass)).max())
+    h = line.period * graph.base_ns * 1e-9
+    greatest = float(np.abs(np.linalg.eigvals(accelerance)).max())
+    stiff = h * np.sqrt(end.stiffness(line.parameters) * greatest)
+    return float(np.abs(np.linalg.eigvals(accelerance @ mass)).max()), float(stiff)
 
 
 def refuse_unstable(graph: Graph, source: str) -> None:
@@ -121,12 +124,12 @@ def refuse_unstable(graph: Graph, source: str) -> None:
     problems = []
     for found in loops:
         line, body = graph.nodes[found.line].name, graph.nodes[found.body].name
-        ratio = _ratio(graph, conductor, found)
-        if ratio > LIMIT:
+        mass, stiffness = _ratios(graph, conductor, found)
+        if max(mass, stiffness) > LIMIT:
             text = (
-                f"{body} takes the force of {line}.{found.end} one step late, and that end weighs {ratio:.2g} times "
-                f"the body (limit {LIMIT}): unstable; tie them with a bond: bonds: {{tie: {{body: {body}.<end>, "
-                f"line: {line}.{found.end}}}}}, or take a heavier body or a shorter step"
+                f"{body} takes the force of {line}.{found.end} one step late: unstable (G/M = {mass:.2g}, "
+                f"h sqrt(K/M) = {stiffness:.2g}, limit {LIMIT}); tie them with a bond: bonds: {{tie: {{body: "
+                f"{body}.<end>, line: {line}.{found.end}}}}}, or take a heavier body or a shorter step"
             )
             problems.append(Problem(Place(source), f"components.{body}.inputs", text))
     if problems:

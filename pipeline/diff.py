@@ -1,62 +1,159 @@
-"""Compares two logs channel by channel."""
+"""Compares two logs channel by channel, chunk by chunk: they may be larger than memory."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from heapq import merge
 
 import numpy as np
 
-from pipeline.log.reader import Log
+from components.contract import Port
+from pipeline.log.reader import ChannelInfo, Log
 
 Rows = tuple[np.ndarray, np.ndarray]  # times (k,) [ns] and values (k, n)
-NOTHING: Rows = np.empty(0, np.int64), np.empty((0, 0))
+END_NS = np.iinfo(np.int64).max
 
 
 @dataclass(frozen=True)
 class ChannelDiff:
-    """Messages in either log, and the largest absolute difference of any field at equal times (None: no such times)."""
+    """Messages in either log, and the largest absolute difference of any field at equal times.
+
+    max_abs: None where there are no such times, or the ports differ. times_equal: every message has one of its time
+    in the other log. port_differences: in name, unit, shape, frame or order, a sentence each; empty if there are none.
+    """
 
     messages_a: int
     messages_b: int
     max_abs: float | None
+    times_equal: bool
+    port_differences: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Diff:
-    """identical: every component and bond channel holds the same messages bit for bit."""
+    """identical: every component and bond channel has the same ports and holds the same messages bit for bit."""
 
     identical: bool
     channels: dict[str, ChannelDiff]
 
 
-def _same(a: np.ndarray, b: np.ndarray) -> bool:
-    return a.shape == b.shape and a.tobytes() == b.tobytes()
+def _shown(port: Port) -> str:
+    return " ".join(filter(None, (f"{port.name} [{port.unit}]", str(port.shape) if port.shape else "", port.frame)))
 
 
-def _channel(a: Rows, b: Rows) -> tuple[bool, ChannelDiff]:
-    (times_a, values_a), (times_b, values_b) = a, b
-    identical = _same(times_a, times_b) and _same(values_a, values_b)
-    _, in_a, in_b = np.intersect1d(times_a, times_b, return_indices=True)
-    max_abs = None
-    if len(in_a) and values_a.shape[1] == values_b.shape[1]:
-        with np.errstate(invalid="ignore"):
-            difference = np.abs(values_a[in_a] - values_b[in_b])
-        max_abs = float(difference.max(initial=0.0))
-    return identical, ChannelDiff(len(times_a), len(times_b), max_abs)
+def _port_differences(a: tuple[Port, ...], b: tuple[Port, ...]) -> tuple[str, ...]:
+    """How two lists of ports differ; descriptions are but text."""
+    in_a, in_b = ({port.name: _shown(port) for port in ports} for ports in (a, b))
+    names = [*in_a, *(name for name in in_b if name not in in_a)]
+    found = [
+        f"{in_a.get(name, 'no ' + name)} in a, {in_b.get(name, 'no ' + name)} in b"
+        for name in names
+        if in_a.get(name) != in_b.get(name)
+    ]
+    if not found and list(in_a) != list(in_b):
+        found.append(f"order {', '.join(in_a)} in a, {', '.join(in_b)} in b")
+    return tuple(found)
+
+
+def _largest(a: np.ndarray, b: np.ndarray) -> float:
+    """Largest absolute difference of two arrays; NaN if a value is not finite in one of them only."""
+    if a.tobytes() == b.tobytes():
+        return 0.0
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(a - b)
+    same = (a == b) | (np.isnan(a) & np.isnan(b))
+    return float(np.where(same, 0.0, difference).max(initial=0.0))
+
+
+class _Unsettled:
+    """Rows of one log's channel whose times the other log may not have reached yet."""
+
+    def __init__(self, info: ChannelInfo):
+        self._left = info.count
+        self._times = np.empty(0, np.int64)
+        self._values = np.empty((0, sum(port.size for port in info.ports)))
+
+    def add(self, times: np.ndarray, values: np.ndarray) -> None:
+        self._left -= len(times)
+        self._times = np.concatenate([self._times, times])
+        self._values = np.concatenate([self._values, values])
+
+    def horizon_ns(self) -> int:
+        """All rows before this time were added."""
+        if self._left <= 0:
+            return END_NS
+        return int(self._times[-1]) if len(self._times) else -1
+
+    def take(self, before_ns: int) -> Rows:
+        """Rows before a time; they are forgotten here."""
+        count = int(np.searchsorted(self._times, before_ns))
+        taken = self._times[:count], self._values[:count]
+        self._times, self._values = self._times[count:], self._values[count:]
+        return taken
+
+
+class _Comparison:
+    """One channel of both logs."""
+
+    def __init__(self, a: ChannelInfo, b: ChannelInfo):
+        self._counts = a.count, b.count
+        self._sides = _Unsettled(a), _Unsettled(b)
+        self._port_differences = _port_differences(a.ports, b.ports)
+        self._times_equal = a.count == b.count
+        self._bits_equal = True
+        self._max_abs: float | None = None
+
+    def add(self, side: int, times: np.ndarray, values: np.ndarray) -> None:
+        """Take in a part of log a (side 0) or b (1), and compare what both have reached."""
+        self._sides[side].add(times, values)
+        before_ns = min(unsettled.horizon_ns() for unsettled in self._sides)
+        self._compare(*(unsettled.take(before_ns) for unsettled in self._sides))
+
+    def _compare(self, a: Rows, b: Rows) -> None:
+        (times_a, values_a), (times_b, values_b) = a, b
+        if not np.array_equal(times_a, times_b):
+            self._times_equal = False
+            _, in_a, in_b = np.intersect1d(times_a, times_b, return_indices=True)
+            values_a, values_b = values_a[in_a], values_b[in_b]
+        if len(values_a) and not self._port_differences:
+            self._bits_equal = self._bits_equal and values_a.tobytes() == values_b.tobytes()
+            self._max_abs = float(np.maximum(self._max_abs or 0.0, _largest(values_a, values_b)))
+
+    def result(self) -> tuple[bool, ChannelDiff]:
+        """Whether the channel is the same bit for bit, and how it differs; after all parts were added."""
+        same = self._times_equal and self._bits_equal and not self._port_differences
+        return same, ChannelDiff(*self._counts, self._max_abs, self._times_equal, self._port_differences)
+
+
+def _parts(side: int, log: Log, names: list[str]) -> Iterator[tuple[int, str, np.ndarray, np.ndarray]]:
+    for name, times, values in log.parts(names):
+        yield side, name, times, values
+
+
+def _only_in(log: Log, name: str, is_a: bool) -> ChannelDiff:
+    count = log.channels[name].count
+    text = f"only in {'a' if is_a else 'b'}"
+    return ChannelDiff(count if is_a else 0, 0 if is_a else count, None, count == 0, (text,))
 
 
 def diff_logs(a: Log, b: Log) -> Diff:
-    """Compare all channels of either log."""
-    read_a, read_b = a.read(), b.read()
-    names = [*read_a, *(name for name in read_b if name not in read_a)]
-    results = {name: _channel(read_a.get(name, NOTHING), read_b.get(name, NOTHING)) for name in names}
+    """Compare all channels of either log. Raises LogError if one is damaged."""
+    shared = [name for name in a.channels if name in b.channels]
+    comparisons = {name: _Comparison(a.channels[name], b.channels[name]) for name in shared}
+    both = (_parts(side, log, shared) for side, log in enumerate((a, b)))
+    for side, name, times, values in merge(*both, key=lambda part: part[2].max(initial=-1)):
+        comparisons[name].add(side, times, values)
+    results = {name: comparison.result() for name, comparison in comparisons.items()}
+    results |= {name: (False, _only_in(a, name, True)) for name in a.channels if name not in results}
+    results |= {name: (False, _only_in(b, name, False)) for name in b.channels if name not in results}
     identical = all(same for same, _ in results.values())
     return Diff(identical, {name: channel for name, (_, channel) in results.items()})
 
 
 def within(diff: Diff, tolerance: float) -> bool:
-    """Whether both logs hold the same channels and times, and no value differs by more than the tolerance."""
+    """Whether both logs hold the same channels, ports and times, and no value differs by more than the tolerance."""
     return all(
-        c.messages_a == c.messages_b and (c.messages_a == 0 or (c.max_abs is not None and c.max_abs <= tolerance))
+        c.times_equal and not c.port_differences and (c.max_abs is None or c.max_abs <= tolerance)
         for c in diff.channels.values()
     )

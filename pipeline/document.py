@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from pipeline.catalogue import closest
@@ -16,6 +16,7 @@ from pipeline.yaml_source import Items, Table, Tree, plain
 
 IDENTIFIER = re.compile(r"[a-z][a-z0-9_]*")
 _EVERY = re.compile(r"every\s+(.+)")
+_NAME = re.compile(r"(?!\.)[A-Za-z0-9_. -]{1,64}")
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,27 @@ class Record:
 
     steps: int = 1
     period_ns: int = 0
+
+
+def name_from(stem: str) -> str:
+    """A scenario's name made from its file's: other characters than those of a name become _."""
+    return re.sub(r"[^A-Za-z0-9_. -]", "_", stem)[:64].lstrip(".") or "scenario"
+
+
+def _name(value: str) -> str:
+    if not _NAME.fullmatch(value):
+        raise ValueError(
+            f"{shown(value)} cannot name a log; expected up to 64 letters, digits, spaces, _, - and ., "
+            "not beginning with a dot"
+        )
+    return value
+
+
+def _start(value: object) -> int:
+    time = nanoseconds(value)
+    if time < 0:
+        raise ValueError(f"{shown(value)} is before zero; expected e.g. '0 s'")
+    return time
 
 
 def _duration(value: object) -> int:
@@ -61,12 +83,13 @@ def _record(value: object) -> Record:
 
 def _newton(value: object) -> float:
     force = si_value(value, "N")
-    if force < 0:
-        raise ValueError(f"{shown(value)} is negative; expected e.g. '1 mN'")
+    if force <= 0:
+        raise ValueError(f"{shown(value)} is not above zero; expected e.g. '1 mN'")
     return force
 
 
 Time = Annotated[int, BeforeValidator(nanoseconds)]
+Start = Annotated[int, BeforeValidator(_start)]
 Duration = Annotated[int, BeforeValidator(_duration)]
 Period = Annotated[int, BeforeValidator(_period)]
 Entries = dict[str, Any]  # read one by one afterwards, so that one wrong entry does not hide the others
@@ -79,12 +102,12 @@ class _Part(BaseModel):
 class Settings(_Part):
     """The top level; times in ns."""
 
-    name: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    name: Annotated[str, AfterValidator(_name)] | None = Field(None, description="names the log")
     description: str = ""
     duration: Duration = Field(description="simulated time, such as '10 s'")
     step: Period = Field(description="the base step, such as '20 ms'")
     seed: Annotated[int, Field(ge=0, lt=2**64)] = 0
-    start: Time = 0
+    start: Start = 0
     bus: Literal["local", "zenoh"] = "local"
     scene: Annotated[int | None, BeforeValidator(_scene)] = 40_000_000  # 25 Hz, a film's rate
     components: Annotated[Entries, Field(min_length=1)] = Field(description="a mapping of names to components")

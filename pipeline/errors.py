@@ -11,14 +11,14 @@ class TowlineError(Exception):
 
 @dataclass(frozen=True, order=True)
 class Place:
-    """Where in a YAML file something stands; line and column count from 1."""
+    """Where in a YAML file something stands, line and column counted from 1; or an option of the command line."""
 
     file: str
     line: int = 1
     column: int = 1
 
     def __str__(self) -> str:
-        return f"{self.file}:{self.line}:{self.column}"
+        return self.file if self.file.startswith("--") else f"{self.file}:{self.line}:{self.column}"
 
 
 @dataclass(frozen=True)

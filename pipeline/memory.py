@@ -8,8 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from components import compiled
+from pipeline.errors import TowlineError
 from pipeline.graph import Graph, Node, OtherEnd
 from pipeline.hosts.python import PythonHost
+from pipeline.kernels import refusal
 from pipeline.loop_tables import BOND_ROW, BOND_STATE, LAW, Tables
 
 CAPTURE_BYTES = 8 << 20  # captured rows held between two hand-overs to the recorder
@@ -110,7 +112,11 @@ def _vectors(graph: Graph) -> tuple[list[np.ndarray], dict[str, list[slice]]]:
 
 def _entry(node: Node, vectors: list[np.ndarray]) -> compiled.EntryPoints | PythonHost:
     if node.component.compiled:
-        return compiled.bind(node.component)
+        try:
+            return compiled.bind(node.component)
+        except Exception as error:  # numba's are of many kinds
+            text = f"{node.name} ({node.model}) cannot be compiled: {refusal(error)} (--debug shows all)"
+            raise TowlineError(text) from error
     return PythonHost(node.component.init, node.component.step, vectors)
 
 

@@ -24,7 +24,8 @@ from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, plain, read_
 class Given:
     """A value somebody wrote for a parameter.
 
-    unit: what a bare number is in ("": a bare number of a dimensional quantity is an error); is_si: it is in SI.
+    unit: what a bare number is in ("": a bare number of a dimensional quantity is an error); is_si: it is in SI, as
+    overrides of the command line are.
     folder: what the paths in it are relative to.
     """
 
@@ -86,13 +87,20 @@ def build(
             if name in meant or any(problem.startswith(below(path, *steps[:1])) for problem in wrong):
                 continue
             text = _missing(kind, name) if detail["type"] == "missing" else in_words(detail, _suffix(kind, name))
-            where = place_at(given[name].tree, steps[1:]) if name in given else place
+            where = place if name else last_given(given, place)
+            if name in given:
+                where = place_at(given[name].tree, steps[1:])
             problems.append(Problem(where, below(path, *steps), text))
         return None
     except Exception as error:  # of a validator, which may be a third party's
-        problems.append(Problem(place, path, f"not taken by {kind.__name__}: {first_line(error)}"))
+        problems.append(Problem(last_given(given, place), path, f"not taken by {kind.__name__}: {first_line(error)}"))
         return None
     return parameters if len(problems) == before else None
+
+
+def last_given(given: dict[str, Given], place: Place) -> Place:
+    """Whom to blame for what the values are together: an override if there is one, else the place of the parameters."""
+    return next((one.key for one in given.values() if one.is_si), place)
 
 
 def changed(parameters: Parameters, name: str, given: Given, path: str, problems: list[Problem]) -> Parameters | None:

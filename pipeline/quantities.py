@@ -18,7 +18,9 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,
 _NOT_FINITE = re.compile(r"[+-]?\.?(?:inf|nan)(?:inity)?\b", re.IGNORECASE)
 _POWER = r"(?:(?:\^|\*\*)-?[0-9](?:\.[0-9])?|[²³])?"
 _UNIT = re.compile(rf"(?>1(?![0-9.])|[A-Za-zµμ°Ω%][A-Za-zµμ°Ω_]*+{_POWER}|\){_POWER}|\*(?!\*)|[(/· ])+")
-_INT64 = 2**63 - 1
+_COHERENT = r"(?:m|s|kg|N|J|W|Pa|Hz|V|A|K|rad)(?:\^[1-4])?"  # the usual ones, known without waking pint
+_SI = re.compile(rf"1|(?:1/)?{_COHERENT}(?:[ */]{_COHERENT})*")
+LATEST = 2**63 - 1  # ns
 _SECOND = 10**9  # ns
 _TIMES = {
     "s": Fraction(1),
@@ -93,6 +95,11 @@ def ratio(unit: str, per: str) -> str:
     if per == "1":
         return unit
     return f"{unit}/{per}" if re.fullmatch(r"[A-Za-z]+", per) else f"{unit}/({per})"
+
+
+def is_unit(unit: str) -> bool:
+    """Whether the text is a unit, "1" among them."""
+    return bool(_SI.fullmatch(unit)) or converts(unit, unit)
 
 
 @lru_cache(1024)
@@ -188,7 +195,7 @@ def _finite(number: float | str | Decimal, text: str) -> float:
 
 def _whole(seconds: Fraction, text: str) -> int:
     time = seconds * _SECOND
-    if abs(time) > _INT64:
+    if abs(time) > LATEST:
         raise ValueError(f"{shown(text)} is too long; times reach to 292 years")
     if time.denominator != 1:
         raise ValueError(f"{shown(text)} is not a whole number of nanoseconds; expected e.g. {round(time)} ns")

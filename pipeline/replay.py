@@ -7,19 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline import native_loop as loop
-from pipeline.errors import LogError, StepError
-from pipeline.events import EventClock
+from pipeline.conductor import Conductor
+from pipeline.errors import LogError
 from pipeline.graph import Graph, Node, Term, alone
 from pipeline.log.reader import Log
 from pipeline.loop_tables import LAW
-from pipeline.memory import lay_out
 
 
 @dataclass(frozen=True)
 class Replay:
-    """steps: (k,) times [ns]; outputs: (k, n_y); ports: largest absolute difference from the log, by port.
+    """times_ns: (k,) of the steps that the log holds, t0 first; outputs: (k, n_y) at these.
 
-    A port that the log does not hold in this shape has None.
+    ports: largest absolute difference from the log, by port; None for one that the log does not hold in this shape.
     """
 
     component: str
@@ -100,26 +99,46 @@ def _inputs(log: Log, graph: Graph, i: int) -> tuple[np.ndarray, np.ndarray]:
     return ticks, u
 
 
-def _compute(graph: Graph, u: np.ndarray, ticks: np.ndarray) -> np.ndarray:
-    """Outputs at every step: (k, n_y). Raises StepError."""
-    node = graph.nodes[0]
-    memory = lay_out(graph)
-    tables, events = memory.tables, EventClock(graph, memory)
-    y = np.empty((len(ticks), node.width))
-    tables.inputs[: u.shape[1]] = u[0]
-    loop.initialise(tables, memory.inits, 1, graph.start_ns)
-    y[0] = tables.board[: y.shape[1]]
-    done = 1
-    while done < len(ticks):
-        while (next_tick := events.next_tick()) is not None and next_tick < ticks[done]:
-            events.fire(next_tick)
-        end = len(ticks) if next_tick is None else int(np.searchsorted(ticks, next_tick, side="right"))
-        failed = loop.step_through(tables, u, y, done, end, graph.start_ns, node.period * graph.base_ns)
+class _Alone(Conductor):
+    """One component, fed with inputs from a log instead of a board."""
+
+    def compute(self, u: np.ndarray, ticks: np.ndarray) -> np.ndarray:
+        """Outputs (k, n_y) at its steps, t0 first, from inputs (k, n_u) and the steps' ticks (k,). Raises StepError."""
+        y = np.empty((len(ticks), self.graph.nodes[0].width))
+        self._tables.inputs[: u.shape[1]] = u[0]
+        self.initialise()
+        y[0] = self._tables.board[: y.shape[1]]
+        done = 1
+        while done < len(ticks):
+            while (next_tick := self.events.next_tick()) is not None and next_tick < ticks[done]:
+                self.events.fire(next_tick)
+            end = len(ticks) if next_tick is None else int(np.searchsorted(ticks, next_tick, side="right"))
+            self._step(u, y, done, end)
+            done = end
+        return y
+
+    def _step(self, u: np.ndarray, y: np.ndarray, first: int, end: int) -> None:
+        """Steps first..end-1. Raises StepError."""
+        states = self._tables.states.copy()
+        failed = self._step_through(u, y, first, end)
         if failed < end:
-            t = (graph.start_ns + int(ticks[failed]) * graph.base_ns) / 1e9
-            raise StepError(f"{node.name} failed when replayed, at t = {t:.9g} s")
-        done = end
-    return y
+            self._tables.states[:] = states
+            self._step_through(u, y, first, failed)
+            self._raise_failure(u[failed], self.graph.start_ns + failed * self._step_ns)
+
+    @property
+    def _step_ns(self) -> int:
+        return self.graph.nodes[0].period * self.graph.base_ns
+
+    def _step_through(self, u: np.ndarray, y: np.ndarray, first: int, end: int) -> int:
+        return loop.step_through(self._tables, u, y, first, end, self.graph.start_ns, self._step_ns)
+
+    def _raise_failure(self, u: np.ndarray, t_ns: int) -> None:
+        """Make the step that failed once more, by the function of the loop that tells the status."""
+        self._tables.inputs[: len(u)] = u
+        steps = np.array([self.memory.entries[0].step], np.int64)
+        loop.initialise(self._tables, steps, 1, t_ns)
+        self._raise_if_stopped(t_ns)
 
 
 def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -> dict[str, float | None]:
@@ -129,12 +148,13 @@ def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -
         before[port.name] = (port.shape, logged[:, at : at + port.size])
         at += port.size
     differences: dict[str, float | None] = {}
-    at, k = 0, min(len(y), len(logged))
+    at = 0
     for port in node.outputs:
         shape, values = before.get(port.name, ((-1,), logged))
         difference = None
         if shape == port.shape:
-            difference = float(np.abs(y[:k, at : at + port.size] - values[:k]).max(initial=0.0))
+            apart = y[:, at : at + port.size] - values
+            difference = float(np.abs(apart, out=apart).max(initial=0.0))
         differences[port.name] = difference
         at += port.size
     return differences
@@ -143,13 +163,17 @@ def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -
 def replay_component(log: Log, graph: Graph, node: Node) -> Replay:
     """Run a node of the log's graph again, maybe with other parameters than the graph's of that name.
 
-    Raises LogError if an input was not recorded at every step, StepError if it fails.
+    A log that ends early is replayed as far as it holds the node's own steps. Raises LogError if an input was not
+    recorded at every step, StepError if it fails.
     """
     i = [other.name for other in graph.nodes].index(node.name)
     ticks, u = _inputs(log, graph, i)
     logged = _Signals(log, graph).steps(i)
-    y = _compute(alone(graph, node), u, ticks)
-    k = min(len(y), len(logged))
-    identical = y.shape[1] == logged.shape[1] and y[:k].tobytes() == logged[:k].tobytes()
+    if len(logged) == 0:
+        raise LogError(f"{log.path}: holds no step of {node.name}")
+    k = min(len(ticks), len(logged))
+    ticks, u, logged = ticks[:k], u[:k], logged[:k]
+    y = _Alone(alone(graph, node)).compute(u, ticks)
+    identical = np.array_equal(y.view(np.uint64), logged.view(np.uint64))
     times = graph.start_ns + ticks * graph.base_ns
     return Replay(node.name, times, y, identical, _compare(node, y, graph.nodes[i], logged))

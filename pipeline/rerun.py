@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from components import compiled
 from pipeline.errors import LogError
 from pipeline.graph import Graph, Node
 from pipeline.log.reader import Log
-from pipeline.run import RUN, SCENARIO
+from pipeline.run import MODELS_HASH, RUN, SCENARIO, models_hash
 from pipeline.scenario import Scenario, load_scenario_text
 from pipeline.wiring import build_graph
 
@@ -18,7 +19,24 @@ from pipeline.wiring import build_graph
 def scenario_of(log: Log, overrides: Sequence[str] = ()) -> Scenario:
     """The resolved scenario in a log, some parameters overridden. Raises LogError if the log holds none."""
     text = log.attachment(SCENARIO).decode()
+    for name in _models(log):
+        if not Path(name).exists():
+            text = text.replace(name, str(_unpacked(log, name)))
     return load_scenario_text(text, f"{log.path}[{SCENARIO}]", Path(log.path).parent, overrides)
+
+
+def _models(log: Log) -> list[str]:
+    """Paths of the file models whose sources the log holds."""
+    return [name for name in log.attachment_names() if name.endswith(".py")]
+
+
+def _unpacked(log: Log, name: str) -> Path:
+    """A file model's source written out from the log, because it is no longer where it was."""
+    source = log.attachment(name)
+    path = compiled.cache_folder() / f"model_{hashlib.sha256(source).hexdigest()[:16]}" / Path(name).name
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(source)
+    return path
 
 
 def graph_of(log: Log) -> tuple[Scenario, Graph]:
@@ -43,9 +61,12 @@ def changed_node(log: Log, graph: Graph, name: str, overrides: Sequence[str]) ->
 
 
 def other_sources(log: Log) -> str | None:
-    """A warning if the log was made by other components than those here, None if by the same."""
-    made_by = log.metadata(RUN).get("source_hash")
-    if made_by == compiled.source_hash():
-        return None
-    hashes = f"{str(made_by)[:12]}, here {compiled.source_hash()[:12]}"
-    return f"{log.path} was made by other sources ({hashes}): results may differ"
+    """A warning if the log was made by other components or file models than those here, None if by the same."""
+    here = {name: Path(name).read_bytes() if Path(name).exists() else log.attachment(name) for name in _models(log)}
+    made_by = log.metadata(RUN)
+    if made_by.get(MODELS_HASH, "") != models_hash(here):
+        return f"{log.path}: {', '.join(here)} changed since the log was made: results may differ"
+    if made_by.get("source_hash") != compiled.source_hash():
+        hashes = f"{made_by.get('source_hash', '')[:12]}, here {compiled.source_hash()[:12]}"
+        return f"{log.path} was made by other sources ({hashes}): results may differ"
+    return None

@@ -9,18 +9,18 @@ import numpy as np
 
 from pipeline.errors import LogError
 from pipeline.graph import Graph
+from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.reader import Log
 from pipeline.log.recorder import pack_rows
 from pipeline.rerun import other_sources
-from pipeline.run import RESULT, Options, Progress, Result, Run, channels
+from pipeline.run import Options, Progress, Result, Run, channels
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
 
 
 def last_snapshot(log: Log) -> Snapshot:
     """The snapshot to go on from. Raises LogError if the run ended or the log holds none."""
-    ended = log.metadata(RESULT)
-    if ended.get("ending") == "complete":
+    if log.metadata(RESULT).get(ENDING) == COMPLETE:
         raise LogError(f"{log.path}: the run is complete; there is nothing to resume")
     state = log.last_snapshot()
     if state is None:
@@ -45,6 +45,10 @@ def resume_run(log: Log, scenario: Scenario, graph: Graph, out: Path, options: O
     Raises LogError, also where the components here are not those that made the log, and StepError.
     """
     snapshot = last_snapshot(log)
+    if out.exists() and out.samefile(log.path):
+        raise LogError(
+            f"{out} is the log to resume from, which is read while the new one is written; give another name"
+        )
     warning = other_sources(log)
     if warning:
         raise LogError(f"{warning}; check out those sources, or run the scenario again")

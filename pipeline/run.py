@@ -23,6 +23,7 @@ from pipeline.digest import Digest
 from pipeline.errors import LogError, StepError
 from pipeline.events import Firing
 from pipeline.graph import Graph
+from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
@@ -30,7 +31,7 @@ from pipeline.snapshot import Snapshot
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
 PACED_SLICE_S = 0.05  # simulated time a slice of a paced run takes, times the rate
 PAUSE_S = 0.1  # longest wait that an interrupt has to wait for
-SCENARIO, RUN, RESULT = "scenario.yaml", "run", "result"  # the log's attachment and metadata records
+SCENARIO, RUN = "scenario.yaml", "run"  # the log's attachment, and a metadata record beside conventions.RESULT
 MODELS_HASH = "models_hash"  # in RUN
 PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
 
@@ -173,7 +174,7 @@ class Run:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         """A run that ends, stops itself or is interrupted closes its log; any other failure leaves it unfinished."""
         if kind is None:
-            self._close("complete")
+            self._close(COMPLETE)
         elif issubclass(kind, StepError):
             self._close(str(error))
         elif issubclass(kind, KeyboardInterrupt):
@@ -287,7 +288,7 @@ class Run:
 
     def _close(self, ending: str) -> None:
         tick = self.conductor.tick
-        self._recorder.add_metadata(RESULT, {"digest": self.digest.total(), "ending": ending, "ticks": str(tick)})
+        self._recorder.add_metadata(RESULT, {"digest": self.digest.total(), ENDING: ending, "ticks": str(tick)})
         self._recorder.close()
 
 

@@ -17,14 +17,16 @@ from pipeline.document import (
     SumEntry,
     below,
     limited,
+    name_from,
+    place_at,
     validated,
 )
 from pipeline.errors import Place, Problem, ScenarioError
 from pipeline.parameters import Given
-from pipeline.quantities import nanoseconds
+from pipeline.quantities import nanoseconds, shown
 from pipeline.signals import Reference, port_and_slice, reference
 from pipeline.written import Addend, Change, Happening, Instance, Scenario, Tie, Wire
-from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, read_text
+from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, plain, read_text
 
 _NO_NAME = "not a name; expected small letters, digits and _, beginning with a letter"
 
@@ -87,7 +89,7 @@ class _Reading:
         start = settings.start if settings else 0
         happenings = self._happenings(tree, start + self._duration if self._duration else None)
         return Scenario(
-            name=settings.name if settings and settings.name else Path(self._source).stem,
+            name=settings.name if settings and settings.name else name_from(Path(self._source).stem),
             description=settings.description if settings else "",
             source=self._source,
             folder=self._folder,
@@ -101,6 +103,7 @@ class _Reading:
             ties=tuple(ends),
             happenings=happenings,
             tree=tree,
+            limit=place_at(tree, ("duration",)) if self._duration is None else Place("--until"),
             unread=frozenset(tables["bonds"].entries) - {tie.name for tie in ends},
             broken=frozenset(name for name, instance in instances.items() if instance is None),
         )
@@ -126,7 +129,8 @@ class _Reading:
         if values is None or entry is None or len(self._problems) > before:
             return None
         period, record = entry.period or 0, entry.record
-        return Instance(name, place, path, full_name, component, values, period, record, wires, tree)
+        blamed = parameters.last_given(self._overrides.get(name, {}), place)
+        return Instance(name, place, path, full_name, component, values, period, record, wires, tree, blamed)
 
     def _parameters(
         self, name: str, component: Component, tree: Table, place: Place, path: str, ties: list[Tie]
@@ -148,10 +152,20 @@ class _Reading:
         for tie in ties:
             ends = ((tie.line, component.lines), (tie.body, component.bodies))
             tied = [known[at.port] for at, known in ends if at.component == name and at.port in known]
-            for end in (end for end in tied if end.switch):
-                given[end.switch] = Given(Scalar(True, tie.place), tie.place, self._folder)
+            for switch in (end.switch for end in tied if end.switch):
+                self._switch_on(switch, tie, given, inside)
         where = tree.keys.get("parameters", place)
         return parameters.build(kind, given, where, inside, self._problems, meant - given.keys())
+
+    def _switch_on(self, switch: str, tie: Tie, given: dict[str, Given], path: str) -> None:
+        """Set the parameter by which an end knows of its bond; what is written must not say otherwise."""
+        written = given.get(switch)
+        if written is not None and plain(written.tree) is not True:
+            text = (
+                f"{shown(plain(written.tree))}, but bond '{tie.name}' turns it on; leave it out, or leave out the bond"
+            )
+            self._problems.append(Problem(written.tree.place, below(path, switch), text))
+        given[switch] = Given(Scalar(True, tie.place), tie.place, self._folder)
 
     def _wires(self, table: Table, path: str) -> tuple[Wire, ...]:
         wires = []
@@ -213,6 +227,10 @@ class _Reading:
         if body is None or line is None:
             return None
         places = {key: tree.entries[key].place for key in ("body", "line")}
+        for key, end in (("body", body), ("line", line)):
+            if end.slice is not None:
+                text = f"'{end}' is a slice; expected an end such as {end.component}.{end.port}"
+                self._problems.append(Problem(places[key], below(path, key), text))
         return Tie(name, tree.place, path, body, line, entry.tolerance, entry.rounds, places)
 
     def _happenings(self, tree: Table, end_ns: int | None) -> tuple[Happening, ...]:

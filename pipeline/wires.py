@@ -107,7 +107,7 @@ class Wires:
         indices = tuple(index for member in members.values() for index in member.indices)
         if len(runs(indices)) != 1:
             self._report(tie.place, tie.path, f"the ports of bundle '{owner.name}.{bundle}' do not follow each other")
-        return indices[0]
+        return indices[0] if indices else 0
 
     def report_cycles(self, drafts: list[Draft]) -> None:
         """One problem for each knot of direct wires."""

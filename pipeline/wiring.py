@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 from dataclasses import replace
 
-from pipeline import schedule, timeline
+from pipeline import ports, schedule, timeline
 from pipeline.catalogue import closest, first_line
 from pipeline.document import below, limited
 from pipeline.errors import Place, Problem, WiringError
 from pipeline.graph import Bond, Graph, Node, OtherEnd
-from pipeline.quantities import as_time
+from pipeline.quantities import LATEST, as_time
 from pipeline.wires import Draft, Wires, merged
 from pipeline.written import Instance, Scenario, Tie
 
@@ -93,14 +93,19 @@ class _Wiring:
         """Give the instance's outputs their place on the board."""
         kind, values = instance.component, instance.parameters
         try:
-            inputs, outputs, sizes = kind.inputs(values), kind.outputs(values), kind.sizes(values)
-            numbers = sum(port.size for port in (*inputs, *outputs)) + sizes.state + sizes.workspace
+            inputs, outputs, sizes = tuple(kind.inputs(values)), tuple(kind.outputs(values)), kind.sizes(values)
+            faults = [*ports.faults("input", inputs), *ports.faults("output", outputs), *ports.size_faults(sizes)]
+            numbers = 0 if faults else sum(port.size for port in (*inputs, *outputs)) + sizes.state + sizes.workspace
             if numbers > _LARGEST:
                 raise ValueError(f"it takes {numbers} numbers; expected at most {_LARGEST}")
-            kind.pack(values)
+            if not faults:
+                kind.pack(values)
         except Exception as error:  # a third party's code
-            text = f"{kind.name} cannot be set up with these parameters: {first_line(error)}"
-            self._report(instance.place, instance.path, text)
+            inputs, outputs = (), ()
+            faults = [f"{kind.name} cannot be set up with these parameters: {first_line(error)}"]
+        if faults:
+            for fault in faults:
+                self._report(instance.given, instance.path, fault)
             self._broken.add(instance.name)
             return
         n_u = sum(port.size for port in inputs)
@@ -116,16 +121,17 @@ class _Wiring:
         if duration % step:
             nearest = as_time(_nearest(duration, step))
             text = f"{as_time(duration)} is not a multiple of the step of {as_time(step)}; nearest is {nearest}"
-            self._report(self._top("duration"), "duration", text)
+            self._report(self._scenario.limit, "duration", text)
+        start = self._scenario.start_ns
+        if start + duration > LATEST:
+            text = f"{as_time(duration)} from the start at {as_time(start)} is too long; times reach to 292 years"
+            self._report(self._scenario.limit, "duration", text)
         return duration // step
-
-    def _top(self, key: str) -> Place:
-        tree = self._scenario.tree
-        return tree.entries[key].place if key in tree.entries else tree.place
 
     def _node(self, draft: Draft) -> Node:
         instance = draft.instance
         period = self._multiple(instance.period_ns, self._scenario.step_ns, instance, "period", "the step")
+        self._check_steps(instance)
         record = instance.record.steps
         if instance.record.period_ns:
             own = instance.period_ns or self._scenario.step_ns
@@ -144,6 +150,14 @@ class _Wiring:
             terms=merged(draft.terms),
         )
 
+    def _check_steps(self, instance: Instance) -> None:
+        """A component must step once at least."""
+        run_ns, limit = self._scenario.duration_ns, self._scenario.limit
+        if 0 < run_ns < instance.period_ns:
+            text = f"its period of {as_time(instance.period_ns)} is longer than the run of {as_time(run_ns)}"
+            place = instance.tree.entries["period"].place if limit.file == self._scenario.source else limit
+            self._report(place, below(instance.path, "period"), f"{text}: it would never step")
+
     def _multiple(self, time: int, of: int, instance: Instance, key: str, what: str) -> int:
         """How many times `of` goes into a time; 1 where one of them is missing."""
         if not time or not of:
@@ -155,9 +169,9 @@ class _Wiring:
         return max(time // of, 1)
 
     def _bond(self, tie: Tie, wires: Wires) -> Bond | None:
-        """Wire a bond's two bundles; None where an end is unknown."""
+        """Wire a bond's two bundles; None where an end is unknown, or tied by another bond."""
         body, line = self._end(tie, "body"), self._end(tie, "line")
-        if body is None or line is None:
+        if body is None or line is None or self._is_taken(tie):
             return None
         hook, end = body.instance.component.bodies[tie.body.port], line.instance.component.lines[tie.line.port]
         if (body.instance.period_ns or self._scenario.step_ns) != (line.instance.period_ns or self._scenario.step_ns):
@@ -176,6 +190,16 @@ class _Wiring:
         if len(self._problems) > before:
             return None
         return Bond(tie.name, line.index, body.index, motion, law, accepted, target, tie.tolerance, tie.rounds)
+
+    def _is_taken(self, tie: Tie) -> bool:
+        """Whether a bond above ties one of this one's ends already, which is reported."""
+        before = len(self._problems)
+        for other in self._scenario.ties[: self._scenario.ties.index(tie)]:
+            for kind, mine, theirs in (("body", tie.body, other.body), ("line", tie.line, other.line)):
+                if mine == theirs:
+                    text = f"bonds '{other.name}' and '{tie.name}' both tie '{mine}'; a {kind}'s end takes one bond"
+                    self._report(tie.places[kind], below(tie.path, kind), text)
+        return len(self._problems) > before
 
     def _other_end(self, bond: Bond, bonds: tuple[Bond, ...], wires: Wires) -> OtherEnd | None:
         """The other end of the bond's line, if each of the two bodies there is on one bond alone and tells accelerance.

@@ -45,7 +45,7 @@ class Wire:
 
 @dataclass(frozen=True)
 class Instance:
-    """One component of the scenario; period_ns 0: the base step."""
+    """One component of the scenario; period_ns 0: the base step. given: where its parameters were given last."""
 
     name: str
     place: Place
@@ -57,6 +57,7 @@ class Instance:
     record: Record
     wires: tuple[Wire, ...]
     tree: Table
+    given: Place
 
 
 @dataclass(frozen=True)
@@ -105,8 +106,8 @@ class Happening:
 class Scenario:
     """A scenario, its parameters in SI and its wires as written; times in ns, scene_ns None: no 3D scene.
 
-    folder: what relative paths are relative to. broken, unread: components and bonds that could not be read
-    (none in a Scenario that load_scenario returns).
+    folder: what relative paths are relative to. limit: where the duration stands, in the file or on the command line.
+    broken, unread: components and bonds that could not be read (none in a Scenario that load_scenario returns).
     """
 
     name: str
@@ -123,6 +124,7 @@ class Scenario:
     ties: tuple[Tie, ...]
     happenings: tuple[Happening, ...]
     tree: Table
+    limit: Place
     broken: frozenset[str] = frozenset()
     unread: frozenset[str] = frozenset()
 

@@ -38,7 +38,7 @@ def ends_of_log(log: Log, where: Origin, frames: MarkerFrames) -> Ends:
         return ends_of_markers(frames)
     nodes, (velocity, acceleration) = log.port(where.line, "nodes"), (log.port(motion[0], name) for name in names)
     return Ends(
-        log.times(where.line) * 1e-9,
+        log.times(where.line) / 1e9,
         np.linalg.norm(velocity, axis=1),
         np.linalg.norm(acceleration, axis=1),
         np.linalg.norm(nodes[:, -1] - nodes[:, 0], axis=1),
@@ -56,12 +56,12 @@ def ends_of_markers(frames: MarkerFrames) -> Ends:
     before, after = (np.searchsorted(t, t + shift).clip(0, len(t) - 1) for shift in (-DIFFERENCE_NS, DIFFERENCE_NS))
     last = here[:, -1]
     with np.errstate(invalid="ignore", divide="ignore"):
-        backward = (last - last[before]) / ((t - t[before]) * 1e-9)[:, None]
-        forward = (last[after] - last) / ((t[after] - t) * 1e-9)[:, None]
-        velocity = (last[after] - last[before]) / ((t[after] - t[before]) * 1e-9)[:, None]
+        backward = (last - last[before]) / ((t - t[before]) / 1e9)[:, None]
+        forward = (last[after] - last) / ((t[after] - t) / 1e9)[:, None]
+        velocity = (last[after] - last[before]) / ((t[after] - t[before]) / 1e9)[:, None]
         acceleration = (forward - backward) / ((t[after] - t[before]) * 0.5e-9)[:, None]
     return Ends(
-        t * 1e-9,
+        t / 1e9,
         np.linalg.norm(velocity, axis=1),
         np.linalg.norm(acceleration, axis=1),
         np.linalg.norm(last - here[:, 0], axis=1),

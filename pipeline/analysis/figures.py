@@ -69,7 +69,7 @@ def indicators(cable: Cable, window: Window, name: str) -> str:
     name: of this figure among those of the page.
     """
     fits = cable.fits
-    t = fits.t_ns * 1e-9
+    t = fits.t_ns / 1e9
     inside = window.of(t)
     good = reliable(fits)[inside]
     curves = (
@@ -87,7 +87,7 @@ def indicators(cable: Cable, window: Window, name: str) -> str:
         panel.set_ylabel(title)
     panels[2].axhline(1e3 * cable.tolerance, color=FAILING, linewidth=0.8, linestyle="--")
     for span in cable.spans:
-        panels[2].axvspan(span.start_ns * 1e-9, span.end_ns * 1e-9, color=FAILING, alpha=0.25, linewidth=0.6)
+        panels[2].axvspan(span.start_ns / 1e9, span.end_ns / 1e9, color=FAILING, alpha=0.25, linewidth=0.6)
     return _svg(figure, f"indicators-{name}", "inclination, distances from plane and catenary, and C over time")
 
 
@@ -113,7 +113,7 @@ def circumstances(cable: Cable, ends: Ends, window: Window, name: str) -> str:
 def _markers(cable: Cable, number: Axes, visibility: Axes, window: Window) -> None:
     """N over time, and a bar for each time that a marker was visible."""
     frames = cable.recording.frames
-    t = frames.t_ns * 1e-9
+    t = frames.t_ns / 1e9
     inside = window.of(t)
     t, valid = t[inside], frames.valid[inside]
     number.plot(*thinned(t, valid.sum(axis=1).astype(float)), color=USED, drawstyle="steps-post")

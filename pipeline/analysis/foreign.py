@@ -105,7 +105,7 @@ def _read(path: Path, file: Any, topic: Topic, must: bool, up: Up | None) -> Mar
                 raise LogError(f"{path}: channel {topic.channel.topic} ({topic.kind}) holds no list of points x, y, z")
         points = [_point(one) for one in _follow(value, steps)]
         if rows and len(points) != len(rows[0]):
-            text = f"{len(points)} points at {message.log_time * 1e-9:.6g} s, {len(rows[0])} before"
+            text = f"{len(points)} points at {message.log_time / 1e9:.6g} s, {len(rows[0])} before"
             raise LogError(f"{path}: channel {topic.channel.topic}: {text}: which marker is which is not known")
         times.append(message.log_time)
         rows.append(points)

@@ -16,7 +16,7 @@ WINDOW_S = (60.0, 75.0)  # fast sweeps in slanting directions
 def draw(log_path: str | Path, picture: str | Path, line: str = "tether", end: str = "hand") -> None:
     """Draw the channels `line` (nodes, tension, force_b) and `end` (motion) of a log into a picture file."""
     with open_log(log_path) as log:
-        t = log.times(line) * 1e-9
+        t = log.times(line) / 1e9
         nodes, force = log.port(line, "nodes"), log.port(line, "force_b")
         speed = np.linalg.norm(log.port(end, "motion.velocity"), axis=1)
     shown = (t >= WINDOW_S[0]) & (t <= WINDOW_S[1])

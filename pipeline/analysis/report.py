@@ -52,7 +52,7 @@ def _identifier(cable: Cable, number: int) -> str:
 
 def _whole(cable: Cable) -> Window:
     t_ns = cable.fits.t_ns
-    return Window(float(t_ns[0] * 1e-9), float(t_ns[-1] * 1e-9)) if len(t_ns) else Window(0.0, 1.0)
+    return Window(float(t_ns[0] / 1e9), float(t_ns[-1] / 1e9)) if len(t_ns) else Window(0.0, 1.0)
 
 
 def _worst(cable: Cable) -> Window:
@@ -60,7 +60,7 @@ def _worst(cable: Cable) -> Window:
     whole, e_c = _whole(cable), np.where(reliable(cable.fits), cable.fits.e_catenary, -np.inf)
     if not np.isfinite(e_c).any():
         return Window(whole.start, min(whole.end, whole.start + CLOSE_S))
-    middle = cable.fits.t_ns[np.argmax(e_c)] * 1e-9
+    middle = cable.fits.t_ns[np.argmax(e_c)] / 1e9
     start = max(whole.start, min(middle - CLOSE_S / 2.0, whole.end - CLOSE_S))
     return Window(start, min(start + CLOSE_S, whole.end))
 

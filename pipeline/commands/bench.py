@@ -15,13 +15,20 @@ from pipeline.commands.output import console, print_json
 from pipeline.errors import TowlineError
 
 FOLDER = Path(components.__file__).parent.parent / "tests" / "benchmarks"
+ABSENT = "this installation has no benchmarks: they are in the repository only"
 Row = dict[str, Any]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's arguments."""
-    names = ", ".join(path.stem for path in sorted(FOLDER.glob("*.py"))) or "none: they are in the repository only"
-    parser.add_argument("name", help=f"which one, or all ({names})")
+    names = ", ".join(_found())
+    text = f"which one, or all ({names})" if names else ABSENT
+    parser.add_argument("name", help=text)
+
+
+def _found() -> dict[str, Path]:
+    """The benchmarks' files by name."""
+    return {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
 
 
 def _rows(path: Path) -> list[Row]:
@@ -56,13 +63,13 @@ def _print(name: str, rows: list[Row]) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Run it. Raises TowlineError if there is no such benchmark."""
-    found = {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
+    found = _found()
+    if not found:
+        raise TowlineError(ABSENT)
     wanted = list(found) if arguments.name == "all" else [arguments.name]
     unknown = [name for name in wanted if name not in found]
-    if unknown or not found:
-        raise TowlineError(
-            f"no benchmark {arguments.name}; there are {', '.join(found) or 'none in this installation'}"
-        )
+    if unknown:
+        raise TowlineError(f"no benchmark {arguments.name}; there are {', '.join(found)}")
     results = {}
     for name in wanted:
         console().print(f"measuring {name} ...")

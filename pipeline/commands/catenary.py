@@ -11,6 +11,8 @@ from pipeline.commands.output import console, print_json
 from pipeline.errors import TowlineError
 from pipeline.quantities import si_value
 
+# What it means where there is no sea bed but at most one at the level of the lower end.
+TITLES = {"touches_seabed": "hangs below its lower end"}
 UNITS = {"H_N": "N", "V_a_N": "N", "V_b_N": "N", "C_per_m": "1/m", "sag_m": "m", "touches_seabed": ""}
 ARGUMENTS = (
     ("length", "m", "unstretched length"),
@@ -50,6 +52,7 @@ def command(arguments: argparse.Namespace) -> int:
     for column in ("", "value", "unit"):
         table.add_column(column)
     for name, value in values.items():
-        table.add_row(name, str(value) if isinstance(value, bool) else f"{value:.9g}", UNITS[name])
+        shown = ("yes" if value else "no") if isinstance(value, bool) else f"{value:.9g}"
+        table.add_row(TITLES.get(name, name), shown, UNITS[name])
     console().print(table)
     return 0

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.table import Table
 
 from pipeline.commands.output import console, print_json, warn
-from pipeline.diff import diff_logs, within
+from pipeline.diff import Diff, diff_logs, within
 from pipeline.log.reader import open_log
 
 
@@ -32,11 +32,20 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(diff)
         return 0 if fine else 1
+    _print(diff)
+    return 0 if fine else 1
+
+
+def _print(diff: Diff) -> None:
     table = Table(title="identical" if diff.identical else "different")
-    for column in ("channel", "messages a", "messages b", "max |a - b|"):
+    for column in ("channel", "messages a", "messages b", "times", "max |a - b|"):
         table.add_column(column, justify="left" if column == "channel" else "right")
     for name, channel in diff.channels.items():
         shown = "-" if channel.max_abs is None else f"{channel.max_abs:.3g}"
-        table.add_row(name, str(channel.messages_a), str(channel.messages_b), shown)
-    console().print(table)
-    return 0 if fine else 1
+        times = "equal" if channel.times_equal else "differ"
+        table.add_row(name, str(channel.messages_a), str(channel.messages_b), times, shown)
+    out = console()
+    out.print(table)
+    for name, channel in diff.channels.items():
+        for text in channel.port_differences:
+            out.print(f"{name}: {text}")

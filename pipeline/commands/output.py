@@ -8,27 +8,50 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import isfinite
 from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from components import compiled
+from pipeline.errors import TowlineError
 from pipeline.graph import Graph
 
+FILE_WIDTH = 160  # columns where nobody's terminal sets them: no cell of a table is cut
 NOTICE_S = 0.1  # a bar is drawn at most this often
 
 
 def console() -> Console:
     """Where people read: standard error, so that standard output stays for results."""
-    return Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
+    out = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
+    if not out.is_terminal:
+        out.width = FILE_WIDTH
+    return out
 
 
 def print_json(value: Any) -> None:
-    """One JSON object on standard output; dataclasses become objects, non-finite numbers null."""
+    """One JSON object on standard output, written out; dataclasses become objects, non-finite numbers null.
+
+    Raises TowlineError if it cannot be written, BrokenPipeError if nobody reads it.
+    """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = dataclasses.asdict(value)
-    print(json.dumps(value))
+    try:
+        print(json.dumps(_without_infinities(value), allow_nan=False), flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise TowlineError(f"cannot write to standard output: {error.strerror}") from error
+
+
+def _without_infinities(value: Any) -> Any:
+    """JSON has no NaN and no infinity."""
+    if isinstance(value, dict):
+        return {key: _without_infinities(member) for key, member in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_infinities(member) for member in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def say_compiling(graph: Graph, quiet: bool) -> None:
@@ -36,7 +59,21 @@ def say_compiling(graph: Graph, quiet: bool) -> None:
     fresh = sorted({n.component.name for n in graph.nodes if not compiled.is_cached(n.component)})
     fresh += [] if compiled.is_marked("native_loop") else ["the loop"]
     if fresh and not quiet:
-        console().print(f"compiling {', '.join(fresh)} (once; kept in {compiled.cache_folder()})")
+        _say_compiling(", ".join(fresh))
+
+
+@contextmanager
+def saying_that_fits_compile(method: str, quiet: bool) -> Iterator[None]:
+    """Say that the kernels of a method of fitting are about to be compiled, and note afterwards that they were."""
+    name = f"analysis-{method}"
+    if not compiled.is_marked(name) and not quiet:
+        _say_compiling(f"the fits of the method {method}")
+    yield
+    compiled.mark_cached(name)
+
+
+def _say_compiling(what: str) -> None:
+    console().print(f"compiling {what} (once; kept in {compiled.cache_folder()})")
 
 
 def warn(text: str) -> None:

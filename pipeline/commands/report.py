@@ -28,6 +28,8 @@ def command(arguments: argparse.Namespace) -> int:
     window = None if arguments.window is None else Window(*validity.seconds(arguments.window))
     found = validity.cables(arguments)
     out = arguments.out or arguments.log.with_suffix(".html")
+    if out.exists() and out.samefile(arguments.log):
+        raise TowlineError(f"{out} is the recording itself; give another name with --out")
     try:
         write(out, page(f"Validity of the catenary: {arguments.log.name}", sections(found, window)))
     except OSError as error:

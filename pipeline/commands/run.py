@@ -38,14 +38,20 @@ def add_recording_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _positive(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number") from None
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError("must be positive and finite")
     return value
 
 
 def _bytes(text: str) -> int:
-    value = int(text)
+    try:
+        value = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
     if not 1024 <= value <= 1 << 30:
         raise argparse.ArgumentTypeError("must be between 1024 and 1073741824")
     return value

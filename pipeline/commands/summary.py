@@ -25,7 +25,7 @@ def _line(port: Port, nodes: np.ndarray) -> Iterator[Row]:
 
 def _rows(port: Port, values: np.ndarray) -> Iterator[Row]:
     """What to show of a port's values (k, *shape): a line by its sag, a vector by its norm, others as they are."""
-    if port.name == "nodes" and port.frame == "NED":
+    if port.name == "nodes" and port.frame == "NED" and port.shape[1:] == (3,):
         yield from _line(port, values)
     elif port.shape == (3,) and port.unit == "m":
         for i, axis in enumerate(("north", "east", "down")):
@@ -58,8 +58,8 @@ def _ranges(log: Log) -> dict[tuple[str, str, str], _Range]:
     names = [name for name, info in log.channels.items() if info.metadata.get("kind") == "component"]
     for name, _, values in log.parts(names):
         at = 0
-        for port in log.channels[name].ports:
-            part = values[:, at : at + port.size].reshape(-1, *port.shape)
+        for port in (port for port in log.channels[name].ports if port.size):
+            part = values[:, at : at + port.size].reshape(len(values), *port.shape)
             for quantity, numbers, unit in _rows(port, part):
                 ranges.setdefault((name, quantity, unit), _Range()).add(numbers)
             at += port.size

@@ -13,8 +13,9 @@ from pipeline.analysis.indicators import METHODS
 from pipeline.analysis.recording import recordings
 from pipeline.analysis.tables import INDICATORS, failures, noise, rows
 from pipeline.analysis.validity import Cable, Tolerance, judge
-from pipeline.commands.output import console, print_json, warn
+from pipeline.commands.output import console, print_json, saying_that_fits_compile, warn
 from pipeline.errors import TowlineError
+from pipeline.log.reader import open_log
 from pipeline.quantities import si_value
 
 # "Less than 1 % of its length, indicating that it can be well approximated by a catenary" (Drupt et al. 2022, IV).
@@ -37,7 +38,12 @@ def cables(arguments: argparse.Namespace) -> list[Cable]:
     tolerance = _tolerance(arguments.tolerance)
     length = None if arguments.length is None else _positive("length", arguments.length)
     found = recordings(arguments.log, arguments.channel, arguments.up)
-    return [judge(recording, arguments.method, tolerance, length) for recording in found]
+    if any(recording.is_log for recording in found):
+        with open_log(arguments.log) as log:
+            if log.warning:
+                warn(log.warning)
+    with saying_that_fits_compile(arguments.method, arguments.json):
+        return [judge(recording, arguments.method, tolerance, length) for recording in found]
 
 
 def seconds(texts: list[str]) -> tuple[float, ...]:
@@ -114,6 +120,6 @@ def _print_spans(out: Console, cable: Cable, most: int = 10) -> None:
     for column in ("from [s]", "to [s]", "frames", "largest e_C [mm]"):
         table.add_column(column, justify="right")
     for span in chosen:
-        times = (f"{t_ns * 1e-9:.2f}" for t_ns in (span.start_ns, span.end_ns))
+        times = (f"{t_ns / 1e9:.2f}" for t_ns in (span.start_ns, span.end_ns))
         table.add_row(*times, str(span.frames), f"{1e3 * span.worst:.4g}")
     out.print(table)

@@ -21,9 +21,12 @@ from pipeline.errors import LogError
 from pipeline.log.contents import DAMAGE, PREFIX, chunk_data, index_entries, read_contents
 from pipeline.log.conventions import (
     CHECKSUM_KEY,
+    COMPLETE,
+    ENDING,
     EVENTS,
     PORTS_KEY,
     PROFILE,
+    RESULT,
     SNAPSHOTS,
     Event,
     Snapshot,
@@ -94,10 +97,15 @@ class Log:
 
     @property
     def warning(self) -> str:
-        """What the user should know before trusting the log; empty if it is whole."""
-        if self.complete:
-            return ""
-        return f"{self.path} was interrupted: readable up to {self.end_ns * 1e-9:.6g} s of simulated time"
+        """What the user should know before trusting the log; empty if it is whole and its run came to its end."""
+        end = f"readable up to {self.end_ns / 1e9:.6g} s of simulated time"
+        if not self.complete:
+            return f"{self.path} was interrupted: {end}"
+        try:
+            ending = self.metadata(RESULT).get(ENDING, COMPLETE)
+        except LogError as error:
+            return str(error)
+        return "" if ending == COMPLETE else f"{self.path} holds a run that ended early ({ending}): {end}"
 
     def _read_channels(self, counts: Mapping[int, int]) -> dict[str, ChannelInfo]:
         """The components' channels by name, in the order of recording. counts: messages by MCAP channel."""
@@ -121,15 +129,23 @@ class Log:
         return self.channels[name]
 
     def parts(self, names: Sequence[str]) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-        """Channel, times (k,) int64 [ns] and values (k, n) float64, chunk by chunk: for logs larger than memory."""
+        """Channel, times (k,) int64 [ns] and values (k, n) float64, chunk by chunk: for logs larger than memory.
+
+        Raises LogError at the end if there were more or fewer messages than the log counts.
+        """
         wanted = [self.channel(name) for name in names]
+        found = {name: 0 for name in names}
         for chunk in self._chunks([one.number for one in wanted]):
             for one in wanted:
                 if one.number in chunk.index.message_index_offsets:
                     records = chunk.gather(one)
                     values = np.empty((len(records), one.template.floats))
                     one.template.copy_floats(records, values)
+                    found[one.name] += len(records)
                     yield one.name, records["log_time"].astype(np.int64), values
+        for one in wanted:
+            if found[one.name] != one.count:
+                raise LogError(f"{self.path}: channel {one.name} holds {found[one.name]} of {one.count} messages")
 
     def read(self, names: Sequence[str] | None = None) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Times (k,) int64 [ns] and values (k, n) float64 of several channels (None: all), in one pass."""
@@ -143,9 +159,6 @@ class Log:
                 raise LogError(f"{self.path}: channel {name} holds more messages than its {len(times[name])}")
             times[name][part], values[name][part] = part_times, part_values
             done[name] = part.stop
-        for one in wanted:
-            if done[one.name] != one.count:
-                raise LogError(f"{self.path}: channel {one.name} holds {done[one.name]} of {one.count} messages")
         return {one.name: (times[one.name], values[one.name]) for one in wanted}
 
     def times(self, name: str) -> np.ndarray:
@@ -194,6 +207,10 @@ class Log:
             for chunk in self._chunks([number], backwards):
                 messages = chunk.messages(number)
                 yield from reversed(messages) if backwards else messages
+
+    def attachment_names(self) -> list[str]:
+        """Names of the attached files, in the order of the file."""
+        return [index.name for index in self._summary.attachment_indexes]
 
     def attachment(self, name: str) -> bytes:
         """The attached file of this name. Raises LogError if there is none, or its checksum is wrong."""
@@ -249,7 +266,7 @@ class _OpenChunk:
     def __init__(self, log: Log, index: ChunkIndex):
         self.index = index
         self._file = log._file
-        start, end = index.message_start_time * 1e-9, index.message_end_time * 1e-9
+        start, end = index.message_start_time / 1e9, index.message_end_time / 1e9
         self._place = f"{log.path}: the chunk at byte {index.chunk_start_offset} ({start:.6g} to {end:.6g} s)"
         try:
             self._data = chunk_data(self._file, index)

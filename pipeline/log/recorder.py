@@ -15,7 +15,7 @@ import numpy as np
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import Message
 from mcap.well_known import MessageEncoding, SchemaEncoding
-from mcap.writer import LIBRARY_IDENTIFIER, CompressionType
+from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC, CompressionType
 
 from components.contract import Port
 from pipeline.errors import LogError
@@ -93,11 +93,21 @@ class _Source:
     last_ns: int = -1
 
 
+def _beginning(path: Path) -> bytes:
+    with open(path, "rb") as file:
+        return file.read(len(MCAP0_MAGIC))
+
+
 def _create(path: Path, overwrite: bool) -> BufferedWriter:
-    """A new file, and its folder. Raises LogError if it exists or cannot be made."""
-    if path.exists() and not overwrite:
-        raise LogError(f"{path} exists already; choose another name or allow overwriting")
+    """A new file, and its folder; of existing ones only logs and empty files are replaced, and only if asked.
+
+    Raises LogError if it exists or cannot be made.
+    """
     try:
+        if path.exists() and not overwrite:
+            raise LogError(f"{path} exists already; choose another name or allow overwriting")
+        if path.is_file() and _beginning(path) not in (b"", MCAP0_MAGIC):
+            raise LogError(f"{path} is not an MCAP file: it is not replaced; choose another name")
         path.parent.mkdir(parents=True, exist_ok=True)
         return open(path, "wb" if overwrite else "xb")
     except OSError as error:

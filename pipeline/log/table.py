@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 
@@ -38,37 +39,50 @@ def frame(log: Log, channel: str) -> pandas.DataFrame:
     """
     t_ns, values = log.read([channel])[channel]
     units = {name: port.unit for port in log.channel(channel).ports for name in columns(port)}
-    index = pandas.Index(t_ns * 1e-9, name=TIME.name)
+    index = pandas.Index(t_ns / 1e9, name=TIME.name)
     table = pandas.DataFrame(values, index, list(units))
     table.attrs["units"] = units
     return table
 
 
-def export(log: Log, folder: Path | str, kind: str) -> list[Path]:
+def default_folder(log: Path) -> Path:
+    """Where a log's tables go: its name without the suffix, or NAME_tables where that is taken by a file."""
+    folder = log.with_suffix("")
+    return folder.with_name(f"{folder.name}_tables") if folder == log or folder.is_file() else folder
+
+
+def export(log: Log, folder: Path | str, kind: str, overwrite: bool = False) -> list[Path]:
     """Write one file a channel, `<channel>.parquet` or `.csv`, into the folder; returns their paths.
 
     Parquet keeps unit, frame and description in each column's metadata, CSV has the unit in its header:
-    `tension[0] [N]`. Both hold float64 exactly. Raises LogError if the log is damaged or a file cannot be written.
+    `tension[0] [N]`. Both hold float64 exactly. A file has its name only once it is whole. Raises LogError if the log
+    is damaged, a file cannot be written, or exists and may not be overwritten.
     """
     if kind not in FORMATS:
         raise LogError(f"format {kind!r} is not known; use one of {', '.join(FORMATS)}")
-    paths = []
-    for channel in log.channels:
-        path = Path(folder) / f"{channel}.{kind}"
+    paths = {channel: Path(folder) / f"{channel}.{kind}" for channel in log.channels}
+    present = [path for path in paths.values() if path.exists()]
+    if present and not overwrite:
+        raise LogError(f"{present[0]} exists already; choose another folder or allow overwriting")
+    for channel, path in paths.items():
+        part = path.with_name(f"{path.name}.part")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            _write(log, channel, path, kind)
+            _write(log, channel, part, kind)
+            part.replace(path)
         except OSError as error:
             raise LogError(f"{path}: cannot export: {error.strerror or error}") from error
-        paths.append(path)
-    return paths
+        finally:
+            with suppress(OSError):
+                part.unlink()
+    return list(paths.values())
 
 
 def _write(log: Log, channel: str, path: Path, kind: str) -> None:
     t_ns, values = log.read([channel])[channel]
     ports = (TIME, *log.channel(channel).ports)
     names = [(name, port) for port in ports for name in columns(port)]
-    data = [t_ns * 1e-9, *values.T]
+    data = [t_ns / 1e9, *values.T]
     if kind == "csv":
         table = pyarrow.table(data, [f"{name} [{port.unit}]" for name, port in names])
         pyarrow.csv.write_csv(table, path, pyarrow.csv.WriteOptions(quoting_style="needed"))

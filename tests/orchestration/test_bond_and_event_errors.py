@@ -149,6 +149,69 @@ TEXTS = {
         "7:6 bonds.b: two wires into line.end_b.position, which components.line.inputs.end_b feeds "
         "already; keep one, or sum them",
     ),
+    "two bonds on one body's end": (
+        HEAD
+        + (
+            "components:\n"
+            "  ball: {model: ./components/ball.py}\n"
+            "  line: {model: ./components/string.py}\n"
+            "bonds:\n"
+            "  a: {body: ball.hook, line: line.end_a}\n"
+            "  b: {body: ball.hook, line: line.end_b}\n"
+            ""
+        ),
+        "8:13 bonds.b.body: bonds 'a' and 'b' both tie 'ball.hook'; a body's end takes one bond",
+    ),
+    "two bonds on one line's end": (
+        HEAD
+        + (
+            "components:\n"
+            "  ball: {model: ./components/ball.py}\n"
+            "  other: {model: ./components/ball.py}\n"
+            "  line: {model: ./components/string.py, inputs: {end_a: ball.hook}}\n"
+            "bonds:\n"
+            "  a: {body: ball.hook, line: line.end_b}\n"
+            "  b: {body: other.hook, line: line.end_b}\n"
+            ""
+        ),
+        "9:31 bonds.b.line: bonds 'a' and 'b' both tie 'line.end_b'; a line's end takes one bond",
+    ),
+    "bond with a slice": (
+        HEAD
+        + (
+            "components:\n"
+            "  ball: {model: ./components/ball.py}\n"
+            "  line: {model: ./components/string.py, inputs: {end_a: ball.hook}}\n"
+            "bonds:\n"
+            "  b: {body: 'ball.hook[0]', line: line.end_b}\n"
+            ""
+        ),
+        "7:13 bonds.b.body: 'ball.hook[0]' is a slice; expected an end such as ball.hook",
+    ),
+    "bond switched off": (
+        HEAD
+        + (
+            "components:\n"
+            "  ball: {model: ./components/ball.py}\n"
+            "  line: {model: ./components/string.py, parameters: {bond_b: false}, inputs: {end_a: ball.hook}}\n"
+            "bonds:\n"
+            "  b: {body: ball.hook, line: line.end_b}\n"
+            ""
+        ),
+        "5:62 components.line.parameters.bond_b: false, but bond 'b' turns it on; leave it out, or leave out the bond",
+    ),
+    "bond without tolerance": (
+        HEAD
+        + (
+            "components:\n"
+            "  ball: {model: ./components/ball.py}\n"
+            "  line: {model: ./components/string.py, inputs: {end_a: ball.hook}}\n"
+            "bonds:\n"
+            "  b: {body: ball.hook, line: line.end_b, tolerance: 0 N}\n"
+            ""
+        ),
+        "7:53 bonds.b.tolerance: '0 N' is not above zero; expected e.g. '1 mN'",
+    ),
     "bond periods": (
         HEAD
         + (

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.errors import ScenarioError
+from pipeline.errors import ScenarioError, TowlineError, WiringError
 from pipeline.graph import Event, Graph, Term
 from pipeline.scenario import load_scenario, load_scenario_text
 from pipeline.wiring import build_graph
@@ -214,18 +214,18 @@ def test_overrides(tmp_path):
 @pytest.mark.parametrize(
     ("override", "expected"),
     [
-        ("snk.length", "--set:1:1 'snk.length' is no override; expected component.parameter=value"),
-        ("sink.length=2", "--set:1:1 sink: unknown component 'sink'; did you mean 'snk'?"),
-        ("snk.lenght=2", "--set:1:1 snk.lenght: unknown parameter; did you mean 'length'?"),
-        ("snk.length=-2", "--set:1:1 components.snk.parameters.length: -2 m is out of range; must be above 0 m"),
+        ("snk.length", "--set 'snk.length' is no override; expected component.parameter=value"),
+        ("sink.length=2", "--set sink: unknown component 'sink'; did you mean 'snk'?"),
+        ("snk.lenght=2", "--set snk.lenght: unknown parameter; did you mean 'length'?"),
+        ("snk.length=-2", "--set components.snk.parameters.length: -2 m is out of range; must be above 0 m"),
         (
             "snk.length=2 kg",
-            "--set:1:1 components.snk.parameters.length: '2 kg':"
+            "--set components.snk.parameters.length: '2 kg':"
             " 'kg' does not convert to 'm'; expected a quantity in m, such as '1 m'",
         ),
         (
             "snk.length=[",
-            "--set:1:1 snk.length: not YAML: while parsing a flow node did not find expected node content",
+            "--set snk.length: not YAML: while parsing a flow node did not find expected node content",
         ),
     ],
 )
@@ -233,6 +233,56 @@ def test_broken_overrides(override, expected):
     with pytest.raises(ScenarioError) as error:
         load_scenario_text(BOTH, "s.yaml", HERE, [override])
     assert str(error.value) == expected
+
+
+@pytest.mark.parametrize(
+    ("until", "expected"),
+    [
+        ("0.123", "--until duration: 123 ms is not a multiple of the step of 20 ms; nearest is 120 ms"),
+        (
+            "20 ms",
+            "--until components.src.period: its period of 40 ms is longer than the run of 20 ms: it would never step",
+        ),
+        ("-1", "--until '-1' is not above zero; expected e.g. '10 s'"),
+    ],
+)
+def test_until_is_blamed_for_what_it_breaks(until, expected):
+    text = BOTH.replace(f"{{model: {SOURCE}}}", f"{{model: {SOURCE}, period: 40 ms}}")
+    with pytest.raises(TowlineError) as error:
+        build_graph(load_scenario_text(text, "s.yaml", HERE, (), until))
+    assert str(error.value) == expected
+
+
+def test_an_override_is_blamed_for_what_it_breaks():
+    """Also where no value alone is wrong: here the number of signals that follows from it."""
+    text = f"duration: 1 s\nstep: 20 ms\ncomponents: {{src: {{model: {SOURCE}}}}}"
+    with pytest.raises(WiringError) as error:
+        build_graph(load_scenario_text(text, "s.yaml", HERE, ["src.nodes=10000000"]))
+    assert str(error.value).startswith("--set components.src: test.source cannot be set up")
+
+
+def test_an_override_cannot_untie_a_bond():
+    with pytest.raises(ScenarioError) as error:
+        load_scenario_text(BOND, "s.yaml", HERE, ["line.bond_b=false"])
+    expected = "--set components.line.parameters.bond_b: false, but bond 'hook' turns it on"
+    assert str(error.value).startswith(expected)
+    assert build_graph(load_scenario_text(BOND, "s.yaml", HERE, ["line.bond_b=true"])).bonds
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("a b-1.yaml", "a b-1"),
+        (".hidden.yaml", "hidden"),
+        ("tow (øre).yaml", "tow __re_"),
+        (f"{'x' * 99}.yaml", "x" * 64),
+    ],
+)
+def test_a_file_names_a_scenario_without_a_name(file, name):
+    """The resolved text names it, so the name must be one that the text may hold."""
+    scenario = load_scenario_text(BOTH, file, HERE)
+    assert scenario.name == name
+    assert load_scenario_text(scenario.resolved_text(), "log", "/").name == name
 
 
 def test_all_kinds_of_problems_are_reported_together():

@@ -79,6 +79,46 @@ EDITS = {
         "1.01 s",
         "1:11 duration: 1.01 s is not a multiple of the step of 20 ms; nearest is 1.02 s",
     ),
+    "negative start": (
+        "step: 20 ms",
+        "step: 20 ms\nstart: -5 s",
+        "3:8 start: '-5 s' is before zero; expected e.g. '0 s'",
+    ),
+    "end beyond 64 bits": (  # 2**63 ns are 9223372036.85 s
+        "step: 20 ms",
+        "step: 20 ms\nstart: 9223372036 s",
+        "1:11 duration: 1 s from the start at 9223372036 s is too long; times reach to 292 years",
+    ),
+    "name with a path": (
+        "step: 20 ms",
+        "step: 20 ms\nname: ../../etc/x",
+        "3:7 name: '../../etc/x' cannot name a log; expected up to 64 letters, digits, spaces, _, - and ., "
+        "not beginning with a dot",
+    ),
+    "hidden name": (
+        "step: 20 ms",
+        "step: 20 ms\nname: .x",
+        "3:7 name: '.x' cannot name a log; expected up to 64 letters, digits, spaces, _, - and ., "
+        "not beginning with a dot",
+    ),
+    "name of two lines": (
+        "step: 20 ms",
+        'step: 20 ms\nname: "a\\t"',
+        "3:7 name: 'a\t' cannot name a log; expected up to 64 letters, digits, spaces, _, - and ., "
+        "not beginning with a dot",
+    ),
+    "empty name": (
+        "step: 20 ms",
+        "step: 20 ms\nname: ''",
+        "3:7 name: '' cannot name a log; expected up to 64 letters, digits, spaces, _, - and ., "
+        "not beginning with a dot",
+    ),
+    "long name": (
+        "step: 20 ms",
+        f"step: 20 ms\nname: {'x' * 65}",
+        f"3:7 name: '{'x' * 39}... cannot name a log; expected up to 64 letters, digits, spaces, _, - and ., "
+        "not beginning with a dot",
+    ),
     "length for duration": (
         "1 s",
         "1 m",
@@ -149,6 +189,11 @@ EDITS = {
         "{model: ./components/source.py}",
         "{model: ./components/source.py, period: 10 ms}",
         "4:48 components.src.period: 10 ms is not a multiple of the step, 20 ms; nearest is 20 ms",
+    ),
+    "period longer than the run": (
+        "{model: ./components/source.py}",
+        "{model: ./components/source.py, period: 10 s}",
+        "4:48 components.src.period: its period of 10 s is longer than the run of 1 s: it would never step",
     ),
     "record": (
         "{model: ./components/source.py}",

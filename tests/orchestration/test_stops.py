@@ -10,7 +10,9 @@ import pytest
 from pipeline.conductor import Conductor
 from pipeline.errors import StepError
 from pipeline.graph import Graph
+from pipeline.hosts.python import RAISED
 from pipeline.log.reader import open_log
+from pipeline.loop_tables import NON_FINITE
 from pipeline.run import RESULT, Options, run_scenario
 from pipeline.scenario import load_scenario_text
 from pipeline.wiring import build_graph
@@ -60,6 +62,33 @@ def test_python_exception(graph):
     with pytest.raises(
         StepError, match=r"b stopped the run at t = 1 s: its Python code raised ZeroDivisionError: a mis"
     ):
+        run(replace(built, nodes=(built.nodes[0], b)))
+
+
+@pytest.mark.parametrize(("raised", "said"), [(ValueError("one\ntwo"), "ValueError: one"), (OSError(), "OSError")])
+def test_python_exception_is_one_line(graph, raised, said):
+    def broken(t_ns, dt_ns, p, u, x, y, w):
+        raise raised
+
+    built = graph(COUNT_TO.format(""))
+    b = replace(built.nodes[1], component=replace(built.nodes[1].component, compiled=False, step=broken))
+    with pytest.raises(StepError) as caught:
+        run(replace(built, nodes=(built.nodes[0], b)))
+    expected = f"b stopped the run at t = 1 s: its Python code raised {said} (inputs: in = 1 1)"
+    assert str(caught.value) == expected
+
+
+@pytest.mark.parametrize("status", [NON_FINITE, RAISED])
+def test_statuses_that_mean_something_to_the_loop(graph, status):
+    """A component's own status is told as such, though the loop marks its findings by the same numbers."""
+
+    def stops(t_ns, dt_ns, p, u, x, y, w):
+        y[0] = u[0]
+        return status
+
+    built = graph(COUNT_TO.format(""))
+    b = replace(built.nodes[1], component=replace(built.nodes[1].component, compiled=False, init=stops))
+    with pytest.raises(StepError, match=f"b stopped the run at t = 0 s: status {status}, which it does not explain"):
         run(replace(built, nodes=(built.nodes[0], b)))
 
 

@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 
 from components import compiled
-from pipeline import native_loop as loop
+from pipeline import power_bond
 from pipeline.loop_tables import Tables
 
 PATH = Path(__file__).parents[1] / "benchmarks" / "bond_convergence.py"

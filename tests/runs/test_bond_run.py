@@ -159,7 +159,7 @@ def test_two_lines_on_one_hook_are_refused():
         f"  first: {line}  second: {line}"
         "bonds:\n  one: {body: body.hook, line: first.end_b}\n  two: {body: body.hook, line: second.end_b}\n"
     )
-    with pytest.raises(WiringError, match=r"bonds.two: two wires into body.line.force, which bonds.one feeds"):
+    with pytest.raises(WiringError, match=r"bonds 'one' and 'two' both tie 'body.hook'; a body's end takes one bond"):
         build_graph(load_scenario_text(text, "test.yaml", Path.cwd()))
 
 
@@ -190,7 +190,7 @@ def test_round_that_came_nearest_is_kept():
     line = Component(
         "test.line", Parameters, compiled=False, init=_line_step, step=_line_step, inputs=lambda _: motion_ports("end"),
         outputs=lambda _: law_ports("law") + law_ports("accepted"),
-        lines={"end": LineEnd("end", "force", "law", "accepted", "")},
+        lines={"end": LineEnd("end", "force", "law", "accepted", "", lambda _: 1.0)},
     )  # fmt: skip
     nodes = [
         Node(c.name, c.name, c, Parameters(), 0, 1, 1, c.inputs(None), c.outputs(None), start, (term,))

@@ -14,7 +14,12 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import main
+from pipeline.commands import bench
 from pipeline.log.reader import open_log
+from pipeline.log.recorder import Recorder
+from pipeline.run import Options, run_scenario
+from pipeline.scenario import load_scenario
+from pipeline.wiring import build_graph
 
 ROOT = Path(__file__).parents[2]
 POOL = str(ROOT / "scenarios" / "pool_chain.yaml")
@@ -109,6 +114,9 @@ def test_catenary(capsys):
         ((), 2, "the following arguments are required: COMMAND"),
         (("run",), 2, "the following arguments are required: scenario"),
         (("run", POOL, "--rate", "-1"), 2, "must be positive and finite"),
+        (("run", POOL, "--rate", "x"), 2, "argument --rate: 'x' is no number"),
+        (("run", POOL, "--chunk-bytes", "x"), 2, "argument --chunk-bytes: 'x' is no whole number"),
+        (("run", RING, "--out", "README.md", "--overwrite"), 1, "towline: README.md is not an MCAP file: it is not re"),
         (("run", "absent.yaml"), 1, "towline: absent.yaml:1:1 no such file"),
         (("run", POOL, "--set", "tether.lenght=3"), 1, "did you mean 'length'?"),
         (("run", POOL, "--bus", "zenoh"), 1, "towline: bus zenoh: not in this version; run with --bus local"),
@@ -130,6 +138,109 @@ def test_existing_log_is_not_replaced(log):
     done = towline("run", RING, "--until", "1s", "--out", log)
     assert (done.returncode, Path(log).read_bytes()) == (1, before)
     assert "exists already" in done.stderr
+
+
+def test_a_log_is_not_resumed_into_itself(log, tmp_path):
+    """By whatever name: it is read while the new one is written."""
+    copy, link = tmp_path / "copy.mcap", tmp_path / "link.mcap"
+    with Recorder(copy, [], attachments={"scenario.yaml": open_log(log).attachment("scenario.yaml")}) as recorder:
+        recorder.snapshot(0, next(open_log(log).snapshots())[1])
+    before = copy.read_bytes()
+    link.hardlink_to(copy)
+    for name in (copy, link):
+        done = towline("resume", str(copy), "--out", str(name), "--overwrite")
+        assert done.returncode == 1
+        assert f"towline: {name} is the log to resume from" in done.stderr
+    assert copy.read_bytes() == before
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("scenario", [RING, "absent.yaml"])
+def test_standard_output_that_is_full(scenario):
+    with open("/dev/full", "w") as full:
+        command = [*TOWLINE, "check", scenario, "--json"]
+        done = subprocess.run(command, stdout=full, stderr=-1, text=True, timeout=LIMIT_S, cwd=ROOT)
+    assert done.returncode == 1
+    reason = "cannot write to standard output: No space left" if scenario == RING else "absent.yaml:1:1 no such file"
+    assert reason in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_standard_output_that_nobody_reads():
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [*TOWLINE, "check", RING, "--json"]
+    done = subprocess.run(command, stdout=writing, stderr=-1, text=True, timeout=LIMIT_S, cwd=ROOT)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_tables_in_a_file_are_whole(monkeypatch, capsys):
+    """Where what is printed goes to no terminal, no width of one cuts a cell."""
+    monkeypatch.setenv("COLUMNS", "40")
+    assert main(["check", POOL]) == 0
+    shown = capsys.readouterr().err
+    assert "motion.acceleration [m/s^2]" in shown
+    assert "…" not in shown
+
+
+def test_catenary_says_what_it_can_tell_of_a_sea_bed(capsys):
+    assert main(["catenary", "--length", "3", "--weight", "1", "--span", "2", "--rise", "0"]) == 0
+    shown = capsys.readouterr().err
+    assert "hangs below its lower end │ yes" in shown
+    assert "touches" not in shown
+
+
+def test_bench_of_an_installation_without_benchmarks(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(bench, "FOLDER", tmp_path)
+    with pytest.raises(SystemExit):
+        main(["bench", "--help"])
+    assert "or all" not in capsys.readouterr().out
+    assert main(["bench", "all"]) == 1
+    assert "this installation has no benchmarks" in capsys.readouterr().err
+
+
+def test_a_run_that_stopped_early_is_said_to(capsys, tmp_path):
+    """By every command that reads it: the log itself is whole."""
+    out = str(tmp_path / "a.mcap")
+
+    def stopping(*_):
+        raise KeyboardInterrupt
+
+    scenario = load_scenario(POOL, (), "2s")
+    graph = build_graph(scenario)
+    with pytest.raises(KeyboardInterrupt):
+        run_scenario(scenario, graph, Path(out), Options(slice_ticks=graph.ticks // 2), stopping)
+    end = f"{open_log(out).end_ns / 1e9:.6g}"
+    assert float(end) < 2.0
+    page, tables = str(tmp_path / "page.html"), str(tmp_path / "tables")
+    for words in (("validity", out), ("report", out, "-o", page), ("export", out, "-o", tables), ("diff", out, out)):
+        capsys.readouterr()
+        assert main([*words, "--json"]) == 0
+        warnings = capsys.readouterr().err
+        assert f"holds a run that ended early (interrupted): readable up to {end} s of simulated time" in warnings
+
+
+def test_a_report_does_not_replace_its_recording(capsys, tmp_path):
+    out = tmp_path / "a.mcap"
+    assert main(["run", POOL, "--until", "1s", "--out", str(out), "--json"]) == 0
+    before = out.read_bytes()
+    assert main(["report", str(out), "--out", str(out)]) == 1
+    assert "is the recording itself; give another name" in capsys.readouterr().err
+    assert out.read_bytes() == before
+
+
+def test_fits_say_that_they_compile_once(capsys, monkeypatch, tmp_path):
+    table = tmp_path / "markers.csv"
+    header = "t," + ",".join(f"{axis}{n}" for n in range(5) for axis in "xyz")
+    row = ",".join(f"{n / 4 - 0.5:g},0,{-((n / 4 - 0.5) ** 2):g}" for n in range(5))
+    table.write_text(f"{header}\n0,{row}\n1,{row}\n")
+    marks: set[str] = set()
+    monkeypatch.setattr("components.compiled.is_marked", marks.__contains__)
+    monkeypatch.setattr("components.compiled.mark_cached", marks.add)
+    for said in (True, False):
+        assert main(["validity", str(table), "--tolerance", "1mm"]) == 0
+        assert ("compiling the fits of the method fast (once" in capsys.readouterr().err) == said
 
 
 def test_unwritable_folder(tmp_path):

@@ -45,7 +45,7 @@ def test_light_body_is_refused_with_the_remedy():
         refuse_unstable(hanging(1.0), "test.yaml")
     message = str(caught.value)
     assert message.startswith("test.yaml:1:1 components.ball.inputs: ball takes the force of chain.end_b one step late")
-    assert f"times the body (limit {LIMIT}): unstable; tie them with a bond" in message
+    assert f"limit {LIMIT}); tie them with a bond: bonds: {{tie: {{body: ball.<end>, line: chain.end_b}}}}" in message
 
 
 def test_heavy_body_is_let_through():

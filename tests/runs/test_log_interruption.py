@@ -140,10 +140,31 @@ def test_an_existing_file_is_kept_unless_asked(tmp_path):
     (tmp_path / "log.mcap").write_text("precious")
     with pytest.raises(LogError, match="exists already"):
         Recorder(tmp_path / "log.mcap", [SPEC])
+    with pytest.raises(LogError, match="is not an MCAP file: it is not replaced"):
+        Recorder(tmp_path / "log.mcap", [SPEC], overwrite=True)
     assert (tmp_path / "log.mcap").read_text() == "precious"
-    Recorder(tmp_path / "log.mcap", [SPEC], overwrite=True).close()
+
+
+def test_a_log_or_an_empty_file_is_replaced_if_asked(tmp_path):
+    (tmp_path / "log.mcap").touch()
+    for rows in (3, 5):
+        with Recorder(tmp_path / "log.mcap", [SPEC], overwrite=True) as recorder:
+            recorder.rows(0, pack_rows(np.arange(rows), np.ones((rows, 10))))
+        with open_log(tmp_path / "log.mcap") as log:
+            assert (log.complete, len(log.values("a"))) == (True, rows)
+
+
+@pytest.mark.parametrize("ending", ["complete", "interrupted", "rope stopped the run at t = 3 s: it broke"])
+def test_a_run_that_ended_early_is_said_to(tmp_path, ending):
+    """Its log has its end and all its messages, but not the whole run."""
+    with Recorder(tmp_path / "log.mcap", [SPEC]) as recorder:
+        recorder.rows(0, pack_rows(np.array([0, 2_500_000_000]), np.ones((2, 10))))
+        recorder.add_metadata("result", {"ending": ending})
     with open_log(tmp_path / "log.mcap") as log:
         assert log.complete
+        whole = f"holds a run that ended early ({ending}): readable up to 2.5 s of simulated time"
+        assert log.warning.endswith(whole if ending != "complete" else "")
+        assert (log.warning == "") == (ending == "complete")
 
 
 def test_a_folder_that_cannot_be_made(tmp_path):

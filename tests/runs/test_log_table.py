@@ -14,7 +14,7 @@ from components.contract import Port
 from pipeline.errors import LogError
 from pipeline.log.reader import open_log
 from pipeline.log.recorder import ChannelSpec, Recorder, pack_rows
-from pipeline.log.table import export
+from pipeline.log.table import default_folder, export
 
 PORTS = (
     Port("sag", "m", (), "", "greatest distance from the chord"),
@@ -26,7 +26,8 @@ COLUMNS = ["sag", "end.position.x", "end.position.y", "end.position.z", "tension
 COLUMNS += ["mass[0,0]", "mass[0,1]", "mass[1,0]", "mass[1,1]"]
 UNITS = ["m"] * 4 + ["N"] * 2 + ["kg"] * 4
 VALUES = np.random.default_rng(0).standard_normal((30, 10)) * 10.0 ** np.arange(-5, 5)
-T_NS = np.arange(30) * 1_000_000
+T_NS = np.arange(30) * 100_000_000
+TIMES_S = [float(f"{n // 10}.{n % 10}") for n in range(30)]  # as a person writes them
 
 
 @pytest.fixture
@@ -42,7 +43,7 @@ def test_frame(log):
     assert list(frame.columns) == COLUMNS
     assert frame.attrs["units"] == dict(zip(COLUMNS, UNITS, strict=True))
     assert frame.index.name == "time"
-    assert frame.index.tolist() == (T_NS * 1e-9).tolist()
+    assert frame.index.tolist() == TIMES_S
     assert frame.to_numpy().tobytes() == VALUES.tobytes()
 
 
@@ -64,7 +65,36 @@ def test_csv(log, tmp_path):
     assert header == ["time [s]", *(f"{name} [{unit}]" for name, unit in zip(COLUMNS, UNITS, strict=True))]
     numbers = np.array([[float(cell) for cell in row] for row in rows])
     assert np.ascontiguousarray(numbers[:, 1:]).tobytes() == VALUES.tobytes()
-    assert numbers[:, 0].tolist() == (T_NS * 1e-9).tolist()
+    assert [row[0] for row in rows] == [f"{t:g}" for t in TIMES_S]
+
+
+def test_existing_tables_are_replaced_only_if_asked(log, tmp_path):
+    (path,) = export(log, tmp_path / "out", "csv")
+    path.write_text("precious")
+    with pytest.raises(LogError, match="exists already; choose another folder or allow overwriting"):
+        export(log, tmp_path / "out", "csv")
+    assert path.read_text() == "precious"
+    export(log, tmp_path / "out", "csv", overwrite=True)
+    assert "time [s]" in path.read_text()
+
+
+def test_a_failed_write_leaves_nothing_half_written(log, tmp_path, monkeypatch):
+    def full(table, path, *_):
+        path.write_text("time [s],sag")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pyarrow.csv.write_csv", full)
+    with pytest.raises(LogError, match="cannot export: No space left on device"):
+        export(log, tmp_path / "out", "csv")
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_default_folder(tmp_path):
+    """Beside the log, and never the log itself or another file."""
+    assert default_folder(tmp_path / "run.mcap") == tmp_path / "run"
+    assert default_folder(tmp_path / "run") == tmp_path / "run_tables"
+    (tmp_path / "taken").write_text("")
+    assert default_folder(tmp_path / "taken.mcap") == tmp_path / "taken_tables"
 
 
 def test_what_cannot_be_exported(log, tmp_path):

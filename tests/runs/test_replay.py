@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from pipeline.errors import LogError
+from pipeline.errors import LogError, StepError
 from pipeline.log.reader import open_log
 from pipeline.replay import replay_component
 from pipeline.rerun import changed_node, graph_of
@@ -78,6 +80,68 @@ def test_inputs_not_recorded_every_step_are_refused(tmp_path):
     ):
         replay_component(log, graph, changed_node(log, graph, "b", ()))
     assert replay_component(log, graph, changed_node(log, graph, "slow", ())).identical
+
+
+COUNTED = """
+duration: 60 s
+step: 1 s
+components: {a: {model: ./counter.py}, b: {model: ./relay.py, inputs: {in: a.n}}}
+events: [{at: 3 s, set: {a.by: 2}}]
+"""
+
+
+def counted(path, text=COUNTED):
+    scenario = load_scenario_text(text, "test.yaml", MODELS)
+    graph = build_graph(scenario)
+    with contextlib.suppress(StepError):
+        run_scenario(scenario, graph, path, Options(), lambda _: None)
+    return open_log(path), graph
+
+
+def test_a_log_that_ends_early_is_replayed_as_far_as_it_goes(tmp_path):
+    """Also a component without inputs, whose steps no other channel limits: all that is said is compared."""
+    log, graph = counted(tmp_path / "run.mcap", COUNTED.replace("./relay.py", "./relay.py, parameters: {stop_at: 9}"))
+    replay = replay_component(log, graph, changed_node(log, graph, "a", ()))
+    assert replay.identical
+    assert replay.times_ns.tobytes() == log.times("a").tobytes()
+    assert len(replay.outputs) == len(log.times("a")) < 10
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ("b.stop_at=9", "it saw the number it was told to stop at"),
+        ("b.poison_at=9", "its output out is not finite"),
+    ],
+)
+def test_a_replayed_component_that_stops_says_why(tmp_path, change, reason):
+    """As the run would have: 1, 2, 3, 5, 7, 9."""
+    log, graph = counted(tmp_path / "run.mcap")
+    with pytest.raises(StepError, match=rf"b stopped the run at t = 6 s: {reason} \(inputs: in = 9 1\)"):
+        replay_component(log, graph, changed_node(log, graph, "b", [change]))
+
+
+def test_a_replayed_component_that_stops_at_t0_says_why(tmp_path):
+    log, graph = counted(tmp_path / "run.mcap")
+    with pytest.raises(StepError, match="b stopped the run at t = 0 s: it saw the number"):
+        replay_component(log, graph, changed_node(log, graph, "b", ["b.stop_at=0"]))
+
+
+def test_a_replayed_python_component_that_raises_says_why(tmp_path):
+    """The step that failed is made again to learn why, from the state that it began with."""
+
+    def step(t_ns, dt_ns, p, u, x, y, w):
+        x[0] += 1.0
+        y[0] = x[0]
+        if x[0] == 5.0:
+            raise ValueError(f"{x[0]:g} steps are enough")
+        return 0
+
+    log, graph = counted(tmp_path / "run.mcap")
+    node = changed_node(log, graph, "a", ())
+    broken = replace(node, component=replace(node.component, compiled=False, step=step))
+    with pytest.raises(StepError, match="a stopped the run at t = 5 s: its Python code raised ValueError: 5 steps are"):
+        replay_component(log, graph, broken)
 
 
 def test_unknown_component(tmp_path):

@@ -90,6 +90,17 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     return 0
 
 
+def _end(name: str) -> LineEnd:
+    return LineEnd(
+        motion=f"end_{name}",
+        force=f"force_{name}",
+        law=f"law_{name}",
+        accepted=f"accepted_{name}",
+        switch=f"bond_{name}",
+        stiffness=lambda cable: cable.axial_stiffness / cable.length,
+    )
+
+
 COMPONENT = Component(
     name="tether.cable",
     parameters=model.Cable,
@@ -103,8 +114,8 @@ COMPONENT = Component(
         NO_EQUILIBRIUM: "no static equilibrium found between the ends: check length, axial_stiffness and the ends",
     },
     lines={
-        "end_a": LineEnd(motion="end_a", force="force_a", law="law_a", accepted="accepted_a", switch="bond_a"),
-        "end_b": LineEnd(motion="end_b", force="force_b", law="law_b", accepted="accepted_b", switch="bond_b"),
+        "end_a": _end("a"),
+        "end_b": _end("b"),
     },
     cross={("end_a", "end_b"): "accepted_ab"},
     assumptions=(

@@ -29,7 +29,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
 
 
 def _end(name: str) -> LineEnd:
-    return LineEnd(f"end_{name}", f"force_{name}", f"law_{name}", f"accepted_{name}", f"bond_{name}")
+    return LineEnd(f"end_{name}", f"force_{name}", f"law_{name}", f"accepted_{name}", f"bond_{name}", lambda _: 1.0)
 
 
 COMPONENT = Component(
