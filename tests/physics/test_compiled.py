@@ -70,6 +70,20 @@ def test_edits_of_a_users_model_and_of_its_data_are_seen(value):
     assert value(2, 8) == 10
 
 
+def test_first_compile_is_announced(tmp_path, monkeypatch):
+    monkeypatch.setenv("TOWLINE_CACHE", str(tmp_path / "cache"))
+    ring = Path(__file__).parents[2] / "scenarios" / "van_der_pol.yaml"
+    words = ["run", str(ring), "--until", "1s", "--out", str(tmp_path / "a.mcap"), "--overwrite"]
+    said = [
+        subprocess.run(
+            [sys.executable, "-m", "pipeline.cli", *words], capture_output=True, text=True, cwd=tmp_path, timeout=120
+        ).stderr
+        for _ in range(2)
+    ]
+    assert "compiling motion.van_der_pol, the loop (once; kept in" in said[0]
+    assert "compiling" not in said[1]
+
+
 def test_damaged_cache_is_compiled_anew(value, tmp_path):
     assert value(1, 5) == 6
     damaged = list((tmp_path / "cache").rglob("*.nbc"))

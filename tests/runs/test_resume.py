@@ -38,13 +38,14 @@ events:
 """
 
 
-def load():
-    scenario = load_scenario_text(SCENARIO, "test.yaml", Path.cwd())
-    return scenario, build_graph(scenario)
+FOLDER = Path(__file__).parents[2] / "scenarios"
+BOND = (FOLDER / "bond_mass.yaml").read_text().replace("duration: 20 s", "duration: 300 s")
+BOND_KILLS = 4
 
 
-def run_to(path: Path, monitor=lambda _: None):
-    return run_scenario(*load(), path, Options(), monitor)
+def run_to(path: Path, monitor=lambda _: None, text=SCENARIO):
+    scenario = load_scenario_text(text, "test.yaml", FOLDER)
+    return run_scenario(scenario, build_graph(scenario), path, Options(), monitor)
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +54,14 @@ def undisturbed(tmp_path_factory):
     return run_to(path)
 
 
-def _child(path: Path) -> None:
+def _child(path: Path, text: str) -> None:
     run_module.FLUSH_S = 0.0  # a snapshot at every block end, so that kills fall into writing them too
-    run_to(path)
+    run_to(path, text=text)
 
 
-def _kill_after(path: Path, share: float, undisturbed_s: float) -> None:
+def _kill_after(path: Path, share: float, undisturbed_s: float, text: str = SCENARIO) -> None:
     """Start a run and kill it at a share of its expected time after its first snapshot is in the file."""
-    child = multiprocessing.get_context("fork").Process(target=_child, args=(path,))
+    child = multiprocessing.get_context("fork").Process(target=_child, args=(path, text))
     child.start()
     deadline = time.monotonic() + LIMIT_S
     while not (path.exists() and path.stat().st_size > 4096) and child.is_alive() and time.monotonic() < deadline:
@@ -88,6 +89,18 @@ def test_killed_at_random_moments(undisturbed, tmp_path):
         if i == 0:
             assert diff_logs(open_log(out), open_log(undisturbed.log)).identical
     assert len(set(resumed_from)) > KILLS / 2, "kills did not fall at different moments"
+
+
+def test_body_on_a_bond_killed_and_resumed(tmp_path):
+    """With what a bond adds to the state: laws, energies, its own channel."""
+    whole = run_to(tmp_path / "whole.mcap", text=BOND)
+    for i, share in enumerate(np.random.default_rng(2022).uniform(0.0, 0.5, BOND_KILLS)):
+        path, out = tmp_path / f"killed{i}.mcap", tmp_path / f"resumed{i}.mcap"
+        _kill_after(path, float(share), whole.wall_s, BOND)
+        log = open_log(path)
+        assert not log.complete, "the run ended before it was killed"
+        result = resume_run(log, *graph_of(log), out, Options(), lambda _: None)
+        assert (result.digest, result.channels, result.bonds) == (whole.digest, whole.channels, whole.bonds)
 
 
 def test_complete_run_is_not_resumed(undisturbed, tmp_path):
