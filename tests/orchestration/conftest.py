@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.conductor import Conductor
+from pipeline.errors import ScenarioError, WiringError
 from pipeline.graph import Graph
 from pipeline.scenario import load_scenario_text
 from pipeline.wiring import build_graph
@@ -59,3 +60,15 @@ def trace(request: pytest.FixtureRequest) -> Callable[[str], Trace]:
 def graph() -> Callable[[str], Graph]:
     """A function from a scenario's body to its graph."""
     return graph_from
+
+
+@pytest.fixture
+def message() -> Callable[[str], str]:
+    """A function from a broken scenario's text to the message it gets, without the file's name."""
+
+    def of(text: str) -> str:
+        with pytest.raises((ScenarioError, WiringError)) as error:
+            build_graph(load_scenario_text(text, "s.yaml", HERE.parent))
+        return str(error.value).replace("s.yaml:", "").replace(str(HERE.parent), "HERE")
+
+    return of

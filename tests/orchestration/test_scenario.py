@@ -364,3 +364,8 @@ def test_the_scenarios_of_this_repository_load():
     assert paths
     for path in paths:
         assert build_graph(load_scenario(path)).ticks > 0
+
+
+def test_the_scenario_that_the_broken_ones_come_from_is_fine():
+    text = (Path(__file__).parent / "good.yaml").read_text()
+    assert build_graph(load_scenario_text(text, "good.yaml", Path(__file__).parent)).ticks == 50
