@@ -9,6 +9,7 @@ import numpy as np
 from pipeline.analysis.indicators import Fits
 
 LEAST_MARKERS = 7  # Drupt et al. 2022: "only the values computed when N > 6 are considered reliable"
+BRIDGED = 10  # frames of which nothing is known between two failing ones; more of them end the span
 
 
 @dataclass(frozen=True)
@@ -70,14 +71,20 @@ def _summary(values: np.ndarray) -> Summary | None:
 def failing_spans(fits: Fits, tolerance: float, least_markers: int = LEAST_MARKERS) -> list[Span]:
     """Spans of time in which e_C exceeds the tolerance [m].
 
-    A frame that is not reliable neither begins nor ends a span: nothing is known of it.
+    Of a frame that is not reliable nothing is known: it neither begins nor ends a span. Where nothing is known for
+    longer than BRIDGED frames usually take, be it so or because the record has a gap, a span ends.
     """
     known = np.flatnonzero(reliable(fits, least_markers))
-    fails = fits.e_catenary[known] > tolerance
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], fails, [False]]).astype(np.int8)))
-    spans = []
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        inside = known[begin:end]
-        worst = float(fits.e_catenary[inside].max())
-        spans.append(Span(int(fits.t_ns[inside[0]]), int(fits.t_ns[inside[-1]]), len(inside), worst))
-    return spans
+    failing = known[fits.e_catenary[known] > tolerance]
+    if not len(failing):
+        return []
+    holds = np.flatnonzero(np.diff(np.searchsorted(known, failing)) > 1)  # a frame between them is within tolerance
+    bridged_ns = BRIDGED * np.median(np.diff(fits.t_ns)) if len(fits.t_ns) > 1 else 0
+    gaps = np.flatnonzero(np.diff(fits.t_ns[failing]) > bridged_ns)
+    parts = np.split(failing, np.union1d(holds, gaps) + 1)
+    return [_span(fits, inside) for inside in parts]
+
+
+def _span(fits: Fits, inside: np.ndarray) -> Span:
+    worst = float(fits.e_catenary[inside].max())
+    return Span(int(fits.t_ns[inside[0]]), int(fits.t_ns[inside[-1]]), len(inside), worst)

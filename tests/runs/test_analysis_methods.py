@@ -111,3 +111,11 @@ def test_failing_spans(line):
     assert [(span.start_ns, span.end_ns, span.frames) for span in spans] == [(30, 50, 2), (90, 100, 2)]
     assert spans[0].worst == fits.e_catenary[3] > 0.03
     assert failing_spans(fits, 1.0) == []
+
+
+def test_a_gap_in_the_record_ends_a_span(line):
+    """Frames 0.01 s apart, all bent, with ten seconds missing in their midst: two spans, not one over the gap."""
+    bent = line(1.0) + 0.1 * np.sin(np.linspace(0.0, 9.0, 12))[:, None] * np.array([0.0, 0.0, 1.0])
+    t_ns = 10_000_000 * np.concatenate([np.arange(20), 1000 + np.arange(30)])
+    fits = fit_frames(marker_frames(t_ns, np.stack([bent] * 50), np.ones((50, 12), bool)), marker_sigma=1e-3)
+    assert [span.frames for span in failing_spans(fits, 0.01)] == [20, 30]
