@@ -20,11 +20,14 @@ from components import compiled
 from pipeline.conductor import BOND_PORTS, Conductor
 from pipeline.coupling import refuse_unstable
 from pipeline.digest import Digest
+from pipeline.distributed import Distributed
 from pipeline.errors import LogError, StepError
 from pipeline.events import Firing
 from pipeline.graph import Graph
+from pipeline.hosts.deployment import BusOptions, OnZenoh
 from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
+from pipeline.placement import placement_of
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
 
@@ -43,7 +46,8 @@ class Options:
     """How a run is recorded and paced; nothing here changes its digest.
 
     rate: simulated seconds per second of wall time, None for as fast as it goes. slice_ticks: ticks handed over at
-    once, None for what suits the machine.
+    once, None for what suits the machine. bus: on which components run elsewhere, None for this process. tell: takes
+    lines about hosts as they come.
     """
 
     compression: str = COMPRESSION
@@ -52,11 +56,16 @@ class Options:
     rate: float | None = None
     slice_ticks: int | None = None
     overwrite: bool = False
+    bus: BusOptions | None = None
+    tell: Callable[[str], None] = lambda _: None
 
 
 @dataclass(frozen=True)
 class Result:
-    """What a run left behind; bonds: {name: {residual_J, throughput_J, unconverged}}."""
+    """What a run left behind; bonds: {name: {residual_J, throughput_J, unconverged}}.
+
+    hosts: {name: {restarts, late, refused}}, empty where all ran in one process.
+    """
 
     log: str
     simulated_s: float
@@ -66,6 +75,17 @@ class Result:
     digest: str
     channels: dict[str, dict[str, int]]
     bonds: dict[str, dict[str, float]]
+    hosts: dict[str, dict[str, int]]
+
+
+def conductor_of(scenario: Scenario, graph: Graph, options: Options) -> Conductor:
+    """What steps the graph: here, or on hosts over a bus."""
+    if options.bus is None:
+        return Conductor(graph)
+    overdue_s = {one.name: one.overdue_ns / 1e9 for one in scenario.instances if one.overdue_ns}
+    conductor = Distributed(graph, placement_of(graph, scenario.hosts, overdue_s), OnZenoh(options.bus))
+    conductor.tell = options.tell
+    return conductor
 
 
 def channels(graph: Graph) -> list[ChannelSpec]:
@@ -141,14 +161,18 @@ class Run:
         """
         refuse_unstable(graph, scenario.source)
         self.graph = graph
-        self.conductor = Conductor(graph)
+        self.conductor = conductor_of(scenario, graph, options)
         self.digest = Digest([node.name for node in graph.nodes])
         self._options = options
         self._steps = np.zeros(len(graph.nodes) + len(graph.bonds), np.int64)
         self._every = np.array([node.record_every for node in graph.nodes] + [1] * len(graph.bonds), np.int64)
         self.recorded = np.zeros_like(self._steps)
         self._flushed = self._noted = time.monotonic()
-        self._recorder = self._create(scenario, out)
+        try:
+            self._recorder = self._create(scenario, out)
+        except BaseException:
+            self.conductor.close()
+            raise
 
     def _create(self, scenario: Scenario, out: Path | None) -> Recorder:
         path, options = out or default_log(scenario.name), self._options
@@ -173,6 +197,14 @@ class Run:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         """A run that ends, stops itself or is interrupted closes its log; any other failure leaves it unfinished."""
+        try:
+            self._end(kind, error)
+        finally:
+            self.conductor.close()
+            for line in self.conductor.written.splitlines():
+                self._options.tell(line)
+
+    def _end(self, kind: type[BaseException] | None, error: BaseException | None) -> None:
         if kind is None:
             self._close(COMPLETE)
         elif issubclass(kind, StepError):
@@ -183,6 +215,10 @@ class Run:
         else:
             self._recorder.abort()
 
+    def open(self) -> None:
+        """Have all hosts ready, if there are any. Raises HostError."""
+        self.conductor.open()
+
     def start(self) -> None:
         """Initialise every component at t0, which is a block of its own, and make the first snapshot."""
         self.conductor.initialise()
@@ -191,8 +227,9 @@ class Run:
         self._snapshot()
 
     def resume(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot, and note it; the caller has copied the rows up to it."""
+        """Go on from a snapshot, and note it; the caller has copied the rows up to it. Raises HostError."""
         self.conductor.restore(snapshot)
+        self.open()
         self.digest = Digest([node.name for node in self.graph.nodes], snapshot.chains)
         periods = [node.period for node in self.graph.nodes] + [
             self.graph.nodes[b.body].period for b in self.graph.bonds
@@ -214,6 +251,7 @@ class Run:
         """Run to tick `until`, calling progress(simulated seconds) after each slice. Raises StepError."""
         began_s, began_tick = time.monotonic(), self.conductor.tick
         with interrupts_between_slices() as raise_if_interrupted:
+            self.conductor.poll = raise_if_interrupted
             for _ in self.conductor.run(until, self._slice_ticks()):
                 self._hand_over()
                 self._end_slice()
@@ -235,6 +273,7 @@ class Run:
             digest=self.digest.total(),
             channels={name: {"messages": int(n)} for name, n in zip(names, self.recorded, strict=True) if n},
             bonds=self.conductor.bond_energies(),
+            hosts=self.conductor.host_counts(),
         )
 
     def _seconds(self, tick: int) -> float:
@@ -270,6 +309,7 @@ class Run:
         for firing in self.conductor.fired:
             self._recorder.event(self.conductor.time_ns(firing.tick), _event_text(firing))
         self.conductor.fired = []
+        self._record_remarks()
         for channel, rows in self.conductor.captured():
             if channel < len(self.graph.nodes):
                 self.digest.update(self.graph.nodes[channel].name, rows)
@@ -280,6 +320,11 @@ class Run:
                 self.recorded[channel] += len(kept)
             self._steps[channel] += len(rows)
 
+    def _record_remarks(self) -> None:
+        for t_ns, text in self.conductor.remarks:
+            self._recorder.event(t_ns, text)
+        self.conductor.remarks.clear()
+
     def _snapshot(self) -> None:
         state = self.conductor.snapshot(self.digest.chains()).to_bytes()
         self._recorder.snapshot(self.conductor.time_ns(self.conductor.tick), state)
@@ -288,6 +333,7 @@ class Run:
 
     def _close(self, ending: str) -> None:
         tick = self.conductor.tick
+        self._record_remarks()
         self._recorder.add_metadata(RESULT, {"digest": self.digest.total(), ENDING: ending, "ticks": str(tick)})
         self._recorder.close()
 
@@ -302,6 +348,7 @@ def run_scenario(scenario: Scenario, graph: Graph, out: Path | None, options: Op
     Raises StepError, WiringError, LogError.
     """
     with Run(scenario, graph, out, options) as run:
+        run.open()
         began = time.monotonic()
         run.start()
         run.go(graph.ticks, progress)

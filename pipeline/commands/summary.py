@@ -92,6 +92,10 @@ def print_summary(console: Console, result: Result) -> None:
             f"bond {name}: residual {bond['residual_J']:.3g} J of {bond['throughput_J']:.3g} J through it, "
             f"{bond['unconverged']:.0f} steps beyond its tolerance"
         )
+    for name, host in result.hosts.items():
+        if any(host.values()):
+            told = f"started again {host['restarts']} times, late {host['late']} times"
+            console.print(f"host {name}: {told}, {host['refused']} messages refused")
     console.print(
         f"{result.simulated_s:g} s in {result.wall_s:.3g} s: {result.real_time_factor:.4g} times real time, "
         f"{result.steps} component steps"
