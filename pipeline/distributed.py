@@ -178,7 +178,7 @@ class Distributed(Conductor):
         self._hosts.ask(kind, requests, self.time_ns(tick), last)
 
     def _take(self, part: _Part) -> tuple[int, int, int, str] | None:
-        """Put a section's reply on the board; (place in order, status, node, what it raised) where one stopped the run."""
+        """Put a reply on the board; (place in order, status, node, what it raised) where a node stopped the run."""
         reply, sizes, section = part.link.reply, part.link.lengths, part.link.section
         assert reply is not None
         numbers = reply.values

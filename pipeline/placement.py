@@ -17,8 +17,10 @@ OVERDUE_S = 1.0  # wall time after which a component that has not answered is ta
 
 @dataclass(frozen=True)
 class Hosts:
-    """hosts: component -> host, as far as written. machines: host -> ns of wall time that the run waits for it, of those
-    that are not processes of this machine. places: of the components' entries in the file."""
+    """hosts: component -> host, as far as written. places: of these entries in the file.
+
+    machines: hosts that are not processes of this machine -> ns of wall time that the run waits for them.
+    """
 
     hosts: Mapping[str, str] = field(default_factory=dict)
     machines: Mapping[str, int] = field(default_factory=dict)
@@ -45,7 +47,7 @@ def read_hosts(tree: Table, components: Sequence[str], problems: list[Problem]) 
     for name, entry in _entries(tree, "hosts").items():
         path = below("hosts", name)
         if name not in components:
-            text = f"unknown component '{name}'{closest(name, components)}"
+            text = f"unknown component '{name}'{closest(name, list(components))}"
             problems.append(Problem(_keys(tree, "hosts")[name], path, text))
         elif not isinstance(entry, Scalar) or not IDENTIFIER.fullmatch(str(entry.value)):
             problems.append(Problem(entry.place, path, f"{shown(plain(entry))} is {NOT_A_NAME}"))

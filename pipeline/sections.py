@@ -75,7 +75,7 @@ def _successors(graph: Graph, groups: list[tuple[int, ...]]) -> list[set[int]]:
 
 
 def _earliest(after: list[set[int]], host: list[str]) -> list[int]:
-    """Each group's first possible stage: one later than its producers' on other hosts, no earlier than those on its own."""
+    """Each group's first possible stage: one after its producers' on other hosts, no earlier than those on its own."""
     stage = [0] * len(after)
     for group, later in enumerate(after):
         for other in later:

@@ -64,7 +64,7 @@ class Nursery:
         try:
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "pipeline.hosts.nursery", str(os.getpid())],
-                stdin=its,
+                stdin=its.fileno(),
                 stdout=subprocess.DEVNULL,
                 env={**os.environ, "PYTHONPATH": path},
                 process_group=0,  # Ctrl-C at the terminal is the conductor's
@@ -83,22 +83,16 @@ class Nursery:
             self.open()
         output = TemporaryFile()  # noqa: SIM115 - closed by collect()
         wanted = {"name": host, "process": process, "endpoint": endpoint, "config": str(config or "")}
-        assert self._socket is not None
+        link = self._socket
+        assert link is not None
         try:
-            socket.send_fds(self._socket, [json.dumps(wanted).encode()], [output.fileno()])
-            self._await_answer()
-            pid, (descriptor,), _, _ = socket.recv_fds(self._socket, 64, 1)
+            socket.send_fds(link, [json.dumps(wanted).encode()], [output.fileno()])
+            _await_answer(link)
+            pid, (descriptor,), _, _ = socket.recv_fds(link, 64, 1)
         except (OSError, ValueError) as error:
             output.close()
             raise HostError(f"the process that starts hosts has failed: {error}") from error
         return LocalProcess(int(pid), descriptor, output)
-
-    def _await_answer(self) -> None:
-        """Raises OSError where none comes."""
-        until = time.monotonic() + READY_S
-        while not select.select([self._socket], [], [], POLL_S)[0]:
-            if time.monotonic() > until:
-                raise TimeoutError(f"it did not answer within {READY_S:g} s")
 
     def close(self) -> None:
         """End it, and with it all hosts that are left."""
@@ -108,3 +102,11 @@ class Nursery:
         if self._socket is not None:
             self._socket.close()
         self._process = self._socket = None
+
+
+def _await_answer(link: socket.socket) -> None:
+    """Raises OSError where none comes."""
+    until = time.monotonic() + READY_S
+    while not select.select([link], [], [], POLL_S)[0]:
+        if time.monotonic() > until:
+            raise TimeoutError(f"it did not answer within {READY_S:g} s")

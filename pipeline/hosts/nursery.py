@@ -10,6 +10,7 @@ import os
 import signal
 import socket
 import sys
+import traceback
 from pathlib import Path
 
 from pipeline.hosts.death import die_with
@@ -20,8 +21,8 @@ REQUEST_BYTES = 1 << 16
 def main() -> None:
     """Fork a host for each request on the socket that is standard input, until that closes.
 
-    A request is JSON with the descriptor that takes the host's output; the answer is its process id with a descriptor of
-    the process.
+    A request is JSON with the descriptor that takes the host's output; the answer is the id and a descriptor of the
+    host's process.
     """
     if not die_with(int(sys.argv[1])):
         return
@@ -82,7 +83,7 @@ def _become_host(wanted: dict[str, str], output: int) -> None:
             serve(wanted["name"], [wanted["endpoint"]], wanted["process"], config, is_once=True)
             status = 0
     except BaseException:
-        sys.excepthook(*sys.exc_info())
+        traceback.print_exc()
     finally:
         sys.stdout.flush()
         sys.stderr.flush()

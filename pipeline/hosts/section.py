@@ -8,7 +8,7 @@ from pipeline import native_loop as loop
 from pipeline.graph import Graph
 from pipeline.hosts.lengths import lengths
 from pipeline.loop_tables import BOND_ROW, FAILED, OFFSET_ON, STATUS, TICK
-from pipeline.memory import Memory, lay_out
+from pipeline.memory import lay_out
 
 
 class SectionRunner:

@@ -1,4 +1,4 @@
-"""What a host answers: takes an assignment, steps its sections in sequence, repeats its last reply, refuses the rest."""
+"""What a host answers: it steps its sections in sequence, repeats its last reply, and refuses the rest."""
 
 from __future__ import annotations
 

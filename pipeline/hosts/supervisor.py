@@ -163,6 +163,9 @@ class Hosts:
         self.bus.attach(name, process)
         host.incarnation += 1
         host.waited_s = 0.0
+        if host.limit_s is not None and host.incarnation > 1:
+            host.restarts += 1
+            self.tell(f"host {host.name} is back")
         self._assign(host)
 
     def _assign(self, host: Host) -> None:
@@ -216,8 +219,6 @@ class Hosts:
         warning = facts.warning(facts.own(), json.loads(message.text)["facts"], host.name)
         if warning and host.incarnation == 1:
             self.tell(warning)
-        if host.incarnation > 1:
-            host.restarts += 1
         host.is_ready, host.waited_s = True, 0.0
         for link in host.links:
             restore = link.restart(self.run, host.incarnation)
@@ -314,6 +315,7 @@ class Hosts:
         last_words = f"; its last words: {written[-1].strip()[:200]}" if written else ""
         host.process = None
         host.deaths += 1
+        host.restarts += 1
         what = f"host {host.name} ({_names(host)}) {why}{_at(host)}"
         if host.deaths >= DEATHS:
             overdue = "; a step that takes longer needs `overdue:`" if "answered" in why else ""
