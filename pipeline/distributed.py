@@ -84,9 +84,9 @@ class Distributed(Conductor):
         for part in self._parts:
             section = part.link.section
             energies = k.bond_energy[list(section.bonds)]
-            values = k.board[part.signals], energies, k.states[part.states]
+            signals, states = k.board[part.signals], k.states[part.states]
             settings = self._settings(section.nodes, part.signals)
-            part.link.begin_at(*(array.tobytes() for array in values), settings)
+            part.link.begin_at(signals.tobytes(), energies.tobytes(), states.tobytes(), settings)
 
     def snapshot(self, chains: dict[str, str]) -> Snapshot:
         """The run at this block end, where every section's last reply brought its state."""
