@@ -19,6 +19,7 @@ from pipeline.errors import HostError
 
 _ROOT = Path(components.__file__).parent.parent
 READY_S = 60.0  # wall time that the nursery may take to import everything
+TRIES = 3  # of starting a host, should somebody kill the nursery meanwhile
 POLL_S = 0.05  # between looks whether the nursery is still there
 
 
@@ -78,20 +79,30 @@ class Nursery:
 
     def start(self, host: str, process: str, endpoint: str, config: Path | None = None) -> LocalProcess:
         """A host that offers itself as `process` at the endpoint. Raises HostError."""
-        if self._process is None or self._process.poll() is not None:
-            self.close()
-            self.open()
-        output = TemporaryFile()  # noqa: SIM115 - closed by collect()
         wanted = {"name": host, "process": process, "endpoint": endpoint, "config": str(config or "")}
-        link = self._socket
-        assert link is not None
+        for left in reversed(range(TRIES)):
+            if self._process is None or self._process.poll() is not None:
+                self.close()
+                self.open()
+            try:
+                return self._ask(json.dumps(wanted).encode())
+            except (OSError, ValueError) as error:  # it has been killed meanwhile
+                self.close()
+                if not left:
+                    raise HostError(f"the process that starts hosts fails: {error}") from error
+        raise AssertionError("unreachable")
+
+    def _ask(self, wanted: bytes) -> LocalProcess:
+        """Raises OSError or ValueError where no answer comes."""
+        assert self._socket is not None
+        output = TemporaryFile()  # noqa: SIM115 - closed by collect()
         try:
-            socket.send_fds(link, [json.dumps(wanted).encode()], [output.fileno()])
-            _await_answer(link)
-            pid, (descriptor,), _, _ = socket.recv_fds(link, 64, 1)
-        except (OSError, ValueError) as error:
+            socket.send_fds(self._socket, [wanted], [output.fileno()])
+            _await_answer(self._socket)
+            pid, (descriptor,), _, _ = socket.recv_fds(self._socket, 64, 1)
+        except BaseException:
             output.close()
-            raise HostError(f"the process that starts hosts has failed: {error}") from error
+            raise
         return LocalProcess(int(pid), descriptor, output)
 
     def close(self) -> None:
