@@ -85,7 +85,7 @@ class Link:
         return min((tick // period + 1) * period for period in {node.period for node in self.section.graph.nodes})
 
     def make(self, kind: int, run: int, incarnation: int, t_ns: int, numbers: bytes, *, is_last: bool) -> bytes:
-        """Make the next request and keep it. is_last: of its block, after which the run may be saved."""
+        """Make the next request, to be kept. is_last: of its block, after which the run may be saved."""
         self.sequence += 1
         self.t_ns = t_ns
         wants_state = is_last or self.sequence % self.state_every == 0
@@ -94,9 +94,11 @@ class Link:
             numbers += self.settings
             self._is_changed = False
         number, sequence = self.section.number, self.sequence
-        data = pack(Message(kind, run, incarnation, number, sequence, t_ns, flags, numbers=numbers))
-        self._tape.append(data)
-        return data
+        return pack(Message(kind, run, incarnation, number, sequence, t_ns, flags, numbers=numbers))
+
+    def keep(self, request: bytes) -> None:
+        """Keep the request just made, which may be under way already."""
+        self._tape.append(request)
 
     def open_request(self, incarnation: int) -> bytes:
         """The request that the host has to answer next."""
@@ -111,10 +113,10 @@ class Link:
         self.answered = message.sequence
         self.reply = message
         if message.flags & STATE:
-            self._keep(message)
+            self._keep_state(message)
         return True
 
-    def _keep(self, message: Message) -> None:
+    def _keep_state(self, message: Message) -> None:
         """Its snapshot; the requests up to it are done with."""
         if self.is_answered:
             signals, energies = 8 * self.lengths.signals, 8 * (self.lengths.signals + self.lengths.rows)

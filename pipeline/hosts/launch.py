@@ -61,13 +61,12 @@ class Nursery:
     def open(self) -> None:
         """Start it; it imports in the meantime. Raises HostError."""
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        path = os.pathsep.join(filter(None, (str(_ROOT), os.environ.get("PYTHONPATH"))))
         try:
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "pipeline.hosts.nursery", str(os.getpid())],
                 stdin=its.fileno(),
                 stdout=subprocess.DEVNULL,
-                env={**os.environ, "PYTHONPATH": path},
+                env={**os.environ, "PYTHONPATH": source_path()},
                 process_group=0,  # Ctrl-C at the terminal is the conductor's
             )
         except OSError as error:
@@ -113,6 +112,11 @@ class Nursery:
         if self._socket is not None:
             self._socket.close()
         self._process = self._socket = None
+
+
+def source_path() -> str:
+    """PYTHONPATH for a process that is to import what this one has imported."""
+    return os.pathsep.join(filter(None, (str(_ROOT), os.environ.get("PYTHONPATH"))))
 
 
 def _await_answer(link: socket.socket) -> None:

@@ -98,7 +98,7 @@ class Serving:
                 self._take_up(wanted)
         except (AssignmentError, TowlineError) as error:
             reasons = [f"{self.name}: {error}"]
-        except (KeyError, TypeError, ValueError) as error:  # not an assignment of this protocol
+        except (AttributeError, KeyError, TypeError, ValueError) as error:  # not an assignment of this protocol
             reasons = [f"{self.name} cannot read its assignment: {type(error).__name__}: {error}"]
         said = {"facts": dict(facts.own()), "reasons": reasons}
         kind = REFUSED if reasons else READY

@@ -31,7 +31,7 @@ POLL_S = 0.05  # between looks at who is overdue; also the longest that one look
 REPEAT_S = 0.5  # wall time after which an assignment, or a request to another machine, is sent again
 START_S = 60.0  # wall time that a process may take from its start until it is ready; nothing is left to compile
 PREPARE_S = 600.0  # the same of another machine, from its offer on: it may have all to compile
-DEATHS = 5  # a host that ends so often without an answer in between stops the run
+DEATHS = 5  # a host that ends so often, starting or in one step, without an answer in between stops the run
 END_S = 2.0  # wall time that hosts are given to end by themselves
 
 
@@ -101,6 +101,7 @@ class Hosts:
             host.waited_s = host.repeated_s = 0.0
             if is_free and host.address is not None:
                 self.bus.send(*host.address, data)
+            link.keep(data)
         self._wait(lambda: all(link.is_answered for link in asked))
 
     def counts(self) -> dict[str, dict[str, int]]:
@@ -309,13 +310,13 @@ class Hosts:
     def _restart(self, host: Host, why: str) -> None:
         """Kill what is left of a local host's process and start another. Raises HostError where that leads nowhere."""
         assert host.process is not None
+        host.deaths = host.deaths + 1 if host.open or not host.is_ready else 0
+        host.restarts += 1
         self._detach(host)
         host.process.end()
         written = host.process.collect().strip().splitlines()
         last_words = f"; its last words: {written[-1].strip()[:200]}" if written else ""
         host.process = None
-        host.deaths += 1
-        host.restarts += 1
         what = f"host {host.name} ({_names(host)}) {why}{_at(host)}"
         if host.deaths >= DEATHS:
             overdue = "; a step that takes longer needs `overdue:`" if "answered" in why else ""

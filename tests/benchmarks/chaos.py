@@ -26,7 +26,8 @@ from pipeline.written import Scenario
 FOLDER = Path(__file__).parents[2] / "scenarios"
 SEED = 20221122
 RUNS, STRIKES = 20, 50  # at least
-LONGEST_S = 1.0  # wall time between strikes; a host that is struck more often than it can start stops the run
+LONGEST_S = 0.6  # wall time between strikes
+WHILE_RECOVERING = 0.2  # of strikes that fall before the run has gone on; many in a row would be taken for a crash loop
 STOPS = 0.2  # of strikes: SIGSTOP, as a process that hangs; each costs the second after which it is overdue
 NURSERY = 0.05  # of strikes: the process that forks hosts, with which all of them die
 # (scenario, simulated time, hosts): one process each, and two groups.
@@ -87,10 +88,11 @@ def disturbed(name: str, duration: str, hosts: dict[str, str], dice: random.Rand
 
 def strike(scenario: Scenario, graph: Graph, path: Path, dice: random.Random) -> tuple[str, Counter[str]]:
     """Run over zenoh under strikes from another thread; the digest, and strikes by kind."""
-    strikes, is_over = Counter[str](), threading.Event()
-    thread = threading.Thread(target=lambda: _strike_until(is_over, strikes, dice))
+    strikes, is_over, goes_on = Counter[str](), threading.Event(), threading.Event()
+    thread = threading.Thread(target=lambda: _strike_until(is_over, goes_on, strikes, dice))
 
     def begin(_: float) -> None:
+        goes_on.set()
         if thread.ident is None:
             thread.start()
 
@@ -103,8 +105,14 @@ def strike(scenario: Scenario, graph: Graph, path: Path, dice: random.Random) ->
     return result.digest, strikes
 
 
-def _strike_until(is_over: threading.Event, strikes: Counter[str], dice: random.Random) -> None:
+def _strike_until(
+    is_over: threading.Event, goes_on: threading.Event, strikes: Counter[str], dice: random.Random
+) -> None:
+    """Strike when the run has gone on since the last time, and sometimes when it has not."""
     while not is_over.wait(dice.uniform(0.0, LONGEST_S)):
+        if not goes_on.is_set() and dice.random() > WHILE_RECOVERING:
+            continue
+        goes_on.clear()
         chance = dice.random()
         kind = "nursery" if chance < NURSERY else "stop" if chance < NURSERY + STOPS else "kill"
         struck = nurseries() if kind == "nursery" else hosts_of(nurseries())
