@@ -69,15 +69,17 @@ class Conductor:
         loop.initialise(self._tables, self.memory.inits, len(self.graph.nodes), self.graph.start_ns)
         self._raise_if_stopped(self.graph.start_ns)
 
-    def run(self, until: int, slice_ticks: int | None = None) -> Iterator[None]:
+    def run(self, until: int, slice_ticks: Callable[[], int | None] = lambda: None) -> Iterator[None]:
         """Advance to tick `until` and yield after every slice, which never crosses a block end or an event.
+
+        slice_ticks: asked before each slice, None for what suits the machine.
 
         The rows captured are there until the next slice. Raises StepError after yielding what led up to it.
         """
         while self.tick < until:
             self.fired = self.events.fire(self.tick)
             self._begin_rows()
-            self._advance(min(until, self._next_stop(slice_ticks)))
+            self._advance(min(until, self._next_stop(slice_ticks())))
             yield
             self._raise_if_stopped(self.time_ns(self.tick + 1))
 

@@ -25,15 +25,15 @@ from pipeline.errors import LogError, StepError
 from pipeline.events import Firing
 from pipeline.graph import Graph
 from pipeline.hosts.deployment import BusOptions, OnZenoh
+from pipeline.keyboard import Keys
 from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
+from pipeline.pacing import Pacing
 from pipeline.placement import placement_of
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
 
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
-PACED_SLICE_S = 0.05  # simulated time a slice of a paced run takes, times the rate
-PAUSE_S = 0.1  # longest wait that an interrupt has to wait for
 SCENARIO, RUN = "scenario.yaml", "run"  # the log's attachment, and a metadata record beside conventions.RESULT
 MODELS_HASH = "models_hash"  # in RUN
 PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
@@ -47,7 +47,7 @@ class Options:
 
     rate: simulated seconds per second of wall time, None for as fast as it goes. slice_ticks: ticks handed over at
     once, None for what suits the machine. bus: on which components run elsewhere, None for this process. tell: takes
-    lines about hosts as they come.
+    lines about hosts as they come. keys: by which a person pauses the run.
     """
 
     compression: str = COMPRESSION
@@ -58,13 +58,15 @@ class Options:
     overwrite: bool = False
     bus: BusOptions | None = None
     tell: Callable[[str], None] = lambda _: None
+    keys: Keys | None = None
 
 
 @dataclass(frozen=True)
 class Result:
     """What a run left behind; bonds: {name: {residual_J, throughput_J, unconverged}}.
 
-    hosts: {name: {restarts, late, refused}}, empty where all ran in one process.
+    hosts: {name: {restarts, late, refused}}, empty where all ran in one process. deadlines: {missed, worst_s} of a
+    paced run.
     """
 
     log: str
@@ -76,6 +78,7 @@ class Result:
     channels: dict[str, dict[str, int]]
     bonds: dict[str, dict[str, float]]
     hosts: dict[str, dict[str, int]]
+    deadlines: dict[str, float]
 
 
 def conductor_of(scenario: Scenario, graph: Graph, options: Options) -> Conductor:
@@ -164,6 +167,7 @@ class Run:
         self.conductor = conductor_of(scenario, graph, options)
         self.digest = Digest([node.name for node in graph.nodes])
         self._options = options
+        self.pacing = Pacing(options.rate, options.keys, graph.base_ns, options.tell)
         self._steps = np.zeros(len(graph.nodes) + len(graph.bonds), np.int64)
         self._every = np.array([node.record_every for node in graph.nodes] + [1] * len(graph.bonds), np.int64)
         self.recorded = np.zeros_like(self._steps)
@@ -249,16 +253,15 @@ class Run:
 
     def go(self, until: int, progress: Progress) -> None:
         """Run to tick `until`, calling progress(simulated seconds) after each slice. Raises StepError."""
-        began_s, began_tick = time.monotonic(), self.conductor.tick
+        self.pacing.begin(self.conductor.tick)
         with interrupts_between_slices() as raise_if_interrupted:
             self.conductor.poll = raise_if_interrupted
-            for _ in self.conductor.run(until, self._slice_ticks()):
+            for _ in self.conductor.run(until, lambda: self.pacing.slice_ticks or self._options.slice_ticks):
                 self._hand_over()
                 self._end_slice()
                 progress(self._seconds(self.conductor.tick))
                 raise_if_interrupted()
-                for _ in self._pause(began_s, began_tick):
-                    raise_if_interrupted()
+                self.pacing.wait(self.conductor.tick, raise_if_interrupted)
 
     def result(self, wall_s: float, since: int = 0) -> Result:
         """Summary of the run, or of its part since a tick."""
@@ -274,23 +277,11 @@ class Run:
             channels={name: {"messages": int(n)} for name, n in zip(names, self.recorded, strict=True) if n},
             bonds=self.conductor.bond_energies(),
             hosts=self.conductor.host_counts(),
+            deadlines={"missed": self.pacing.missed, "worst_s": self.pacing.worst_s} if self._options.rate else {},
         )
 
     def _seconds(self, tick: int) -> float:
         return tick * self.graph.base_ns / 1e9
-
-    def _slice_ticks(self) -> int | None:
-        if self._options.rate is None:
-            return self._options.slice_ticks
-        return max(1, int(self._options.rate * PACED_SLICE_S * 1e9) // self.graph.base_ns)
-
-    def _pause(self, began_s: float, began_tick: int) -> Iterator[None]:
-        """Wait for the wall time that is due, a little at a time."""
-        if self._options.rate is not None:
-            due = began_s + self._seconds(self.conductor.tick - began_tick) / self._options.rate
-            while (left := due - time.monotonic()) > 0.0:
-                time.sleep(min(left, PAUSE_S))
-                yield
 
     def _end_slice(self) -> None:
         """Close the digest's block at its end, and each second write out what there is, with a snapshot if possible."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline.commands.output import console, print_json, progress_bar, say_compiling
 from pipeline.commands.summary import print_summary
 from pipeline.hosts.deployment import ENDPOINT, BusOptions
+from pipeline.keyboard import keyboard
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, COMPRESSIONS
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import Scenario, load_scenario
@@ -101,8 +103,10 @@ def command(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario, arguments.set, arguments.until)
     graph = build_graph(scenario)
     say_compiling(graph, arguments.json)
-    with progress_bar(scenario.name, graph.ticks * graph.base_ns / 1e9, quiet=arguments.json) as progress:
-        result = run_scenario(scenario, graph, arguments.out, options_of(arguments, scenario), progress)
+    seconds = graph.ticks * graph.base_ns / 1e9
+    with progress_bar(scenario.name, seconds, quiet=arguments.json) as progress, keyboard() as keys:
+        options = replace(options_of(arguments, scenario), keys=keys)
+        result = run_scenario(scenario, graph, arguments.out, options, progress)
     if arguments.json:
         print_json(result)
     else:

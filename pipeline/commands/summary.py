@@ -96,6 +96,9 @@ def print_summary(console: Console, result: Result) -> None:
         if any(host.values()):
             told = f"started again {host['restarts']} times, late {host['late']} times"
             console.print(f"host {name}: {told}, {host['refused']} messages refused")
+    if result.deadlines:
+        missed, worst_ms = result.deadlines["missed"], 1e3 * result.deadlines["worst_s"]
+        console.print(f"missed deadlines: {missed}" + (f", the worst by {worst_ms:.3g} ms" if missed else ""))
     console.print(
         f"{result.simulated_s:g} s in {result.wall_s:.3g} s: {result.real_time_factor:.4g} times real time, "
         f"{result.steps} component steps"

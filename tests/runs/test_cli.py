@@ -67,6 +67,7 @@ def test_run_json(capsys, tmp_path):
         "channels",
         "bonds",
         "hosts",
+        "deadlines",
     }
     assert result["simulated_s"] == 2.0
     assert result["steps"] == 5 * 2000
