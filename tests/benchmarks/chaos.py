@@ -27,7 +27,7 @@ FOLDER = Path(__file__).parents[2] / "scenarios"
 SEED = 20221122
 RUNS, STRIKES = 20, 50  # at least
 LONGEST_S = 0.6  # wall time between strikes
-WHILE_RECOVERING = 0.2  # of strikes that fall before the run has gone on; many in a row would be taken for a crash loop
+WHILE_RECOVERING = 3  # strikes at most until the run has gone on; five on one host would be taken for a crash loop
 STOPS = 0.2  # of strikes: SIGSTOP, as a process that hangs; each costs the second after which it is overdue
 NURSERY = 0.05  # of strikes: the process that forks hosts, with which all of them die
 # (scenario, simulated time, hosts): one process each, and two groups.
@@ -108,11 +108,13 @@ def strike(scenario: Scenario, graph: Graph, path: Path, dice: random.Random) ->
 def _strike_until(
     is_over: threading.Event, goes_on: threading.Event, strikes: Counter[str], dice: random.Random
 ) -> None:
-    """Strike when the run has gone on since the last time, and sometimes when it has not."""
+    """Strike at random times, also while the run recovers, but not for ever."""
+    in_a_row = 0
     while not is_over.wait(dice.uniform(0.0, LONGEST_S)):
-        if not goes_on.is_set() and dice.random() > WHILE_RECOVERING:
-            continue
+        in_a_row = 0 if goes_on.is_set() else in_a_row + 1
         goes_on.clear()
+        if in_a_row >= WHILE_RECOVERING:
+            continue
         chance = dice.random()
         kind = "nursery" if chance < NURSERY else "stop" if chance < NURSERY + STOPS else "kill"
         struck = nurseries() if kind == "nursery" else hosts_of(nurseries())
