@@ -21,7 +21,10 @@ hosts: {HOSTS}
 machines: {MACHINES}
 components:
   anchor: {model: motion.fixed, parameters: {position: [0 m, 0 m, 1 m]}}
-  ball: {model: vessel.mass, overdue: 2 s, parameters: {mass: 2 kg, weight: [0 N, 0 N, 15 N], position: [0 m, 0 m, 3 m]}}
+  ball:
+    model: vessel.mass
+    overdue: 2 s
+    parameters: {mass: 2 kg, weight: [0 N, 0 N, 15 N], position: [0 m, 0 m, 3 m]}
   chain:
     model: tether.cable
     parameters: {file: FOLDER/parameters/pool_chain.yaml, length: 2 m, segments: 20}
