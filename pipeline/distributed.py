@@ -174,7 +174,7 @@ class Distributed(Conductor):
         board = self._tables.board
         block_end = -(-tick // self.block) * self.block
         requests = [(part.link, board[part.outside].tobytes()) for part in parts]
-        last = [kind == INITIALISE or part.link.next_due(tick) > block_end for part in parts]
+        last = [kind == INITIALISE or part.link.section.next_due(tick) > block_end for part in parts]
         self._hosts.ask(kind, requests, self.time_ns(tick), last)
 
     def _take(self, part: _Part) -> tuple[int, int, int, str] | None:

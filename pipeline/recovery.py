@@ -80,10 +80,6 @@ class Link:
         if settings != self.settings:
             self.settings, self._is_changed = settings, True
 
-    def next_due(self, tick: int) -> int:
-        """The first tick after this one in which a component of the section steps."""
-        return min((tick // period + 1) * period for period in {node.period for node in self.section.graph.nodes})
-
     def make(self, kind: int, run: int, incarnation: int, t_ns: int, numbers: bytes, *, is_last: bool) -> bytes:
         """Make the next request, to be kept. is_last: of its block, after which the run may be saved."""
         self.sequence += 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -32,9 +33,18 @@ class Section:
         """Numbers that its nodes put on the board."""
         return sum(node.width for node in self.graph.nodes)
 
+    @cached_property
+    def periods(self) -> tuple[int, ...]:
+        """The different periods of its components, in ticks."""
+        return tuple(sorted({node.period for node in self.graph.nodes}))
+
     def is_due(self, tick: int) -> bool:
         """Whether one of its components steps in the tick."""
-        return any(tick % node.period == 0 for node in self.graph.nodes)
+        return self.periods[0] == 1 or any(tick % period == 0 for period in self.periods)
+
+    def next_due(self, tick: int) -> int:
+        """The first tick after this one in which one of them steps."""
+        return min((tick // period + 1) * period for period in self.periods)
 
 
 def cut(graph: Graph, hosts: Sequence[str]) -> tuple[Section, ...]:

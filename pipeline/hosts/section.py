@@ -80,18 +80,18 @@ class SectionRunner:
     @property
     def stopped(self) -> tuple[int, int] | None:
         """(status, node) where a component stopped the run."""
-        status, failed = int(self._tables.clock[STATUS]), int(self._tables.clock[FAILED])
-        return (status, failed) if status else None
+        status = int(self._tables.clock[STATUS])
+        return (status, int(self._tables.clock[FAILED])) if status else None
 
-    def reply(self, *, state: bool) -> bytes:
-        """The numbers of a reply."""
+    def reply(self, *, state: bool, inputs: bool) -> bytes:
+        """The numbers of a reply, the state and the inputs where they are asked for."""
         k = self._tables
         parts = [self._signals.tobytes()]
         if len(k.bonds):
             parts += [k.capture[self._bond_rows].tobytes(), k.bond_energy.tobytes()]
         if state:
             parts.append(self._states.tobytes())
-        if self.stopped:
+        if inputs:
             parts.append(self._inputs.tobytes())
         return b"".join(parts)
 

@@ -120,7 +120,8 @@ class Serving:
 
     def _execute(self, place: _Place, message: Message) -> bytes | None:
         """The request that is next in sequence; the last one's reply again; no other."""
-        if message.kind not in (INITIALISE, STEP) or len(message.values) != place.runner.lengths.request(message.flags):
+        runner, numbers = place.runner, message.values
+        if message.kind not in (INITIALISE, STEP) or len(numbers) != runner.lengths.request(message.flags):
             return self._ignore()
         if message.sequence == place.sequence and place.reply:
             return place.reply
@@ -128,10 +129,10 @@ class Serving:
             self._ignored += 1
             return self._out_of_order(place, message)
         if message.kind == INITIALISE:
-            place.runner.initialise(message.values)
+            runner.initialise(numbers)
         else:
-            place.runner.step(message.values, message.t_ns)
-        place.sequence, place.reply = message.sequence, self._done(place.runner, message)
+            runner.step(numbers, message.t_ns)
+        place.sequence, place.reply = message.sequence, self._done(runner, message)
         return place.reply
 
     def _out_of_order(self, place: _Place, message: Message) -> bytes:
@@ -141,14 +142,10 @@ class Serving:
     def _done(self, runner: SectionRunner, message: Message) -> bytes:
         stopped = runner.stopped
         wants_state = bool(message.flags & WANT_STATE)
+        flags = (STATE if wants_state else 0) | (STOPPED if stopped else 0)
+        status, failed, text = (*stopped, runner.raised().encode()) if stopped else (0, -1, b"")
+        numbers = runner.reply(state=wants_state, inputs=stopped is not None)
+        place = message.section, message.sequence, message.t_ns
         return pack(
-            message._replace(
-                kind=DONE,
-                flags=(STATE if wants_state else 0) | (STOPPED if stopped else 0),
-                status=stopped[0] if stopped else 0,
-                failed=stopped[1] if stopped else -1,
-                ignored=self._ignored,
-                numbers=runner.reply(state=wants_state),
-                text=runner.raised().encode() if stopped else b"",
-            )
+            Message(DONE, self.run, message.incarnation, *place, flags, status, failed, self._ignored, numbers, text)
         )

@@ -130,7 +130,6 @@ def test_catenary(capsys):
         (("run", RING, "--out", "README.md", "--overwrite"), 1, "towline: README.md is not an MCAP file: it is not re"),
         (("run", "absent.yaml"), 1, "towline: absent.yaml:1:1 no such file"),
         (("run", POOL, "--set", "tether.lenght=3"), 1, "did you mean 'length'?"),
-        (("run", POOL, "--bus", "zenoh"), 1, "towline: bus zenoh: not in this version; run with --bus local"),
         (("diff", "absent.mcap", "absent.mcap"), 1, "towline: absent.mcap: cannot open the log: No such file"),
         (("resume", "README.md"), 1, "towline: README.md:"),
         (("catenary", "--length", "1", "--weight", "1", "--span", "2", "--rise", "0"), 1, "towline: no such line: "),
