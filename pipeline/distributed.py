@@ -57,6 +57,7 @@ class Distributed(Conductor):
         self._placement = placement
         self._error: HostError | None = None
         self._said = ""
+        self._uncaptured: tuple[int, int] | None = None  # a tick, and the first group in the order that did not step
         self._counts: dict[str, dict[str, int]] = {}
 
     def _part(self, section: Section) -> _Part:
@@ -75,6 +76,7 @@ class Distributed(Conductor):
     def initialise(self) -> None:
         """Run every init at t0 and capture y(t0). Raises StepError."""
         self._make(0, INITIALISE, self._stages)
+        self._catch_up()
         self._raise_if_stopped(self.graph.start_ns)
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -91,7 +93,7 @@ class Distributed(Conductor):
     def snapshot(self, chains: dict[str, str]) -> Snapshot:
         """The run at this block end, where every section's last reply brought its state."""
         for part in self._parts:
-            self._tables.states[part.states] = np.frombuffer(part.link.states, "<f8")
+            self._tables.states[part.states] = np.frombuffer(part.link.snapshot[2], "<f8")
         return super().snapshot(chains)
 
     def host_counts(self) -> dict[str, dict[str, int]]:
@@ -135,6 +137,8 @@ class Distributed(Conductor):
                 raise
         except HostError as error:
             self._error = error
+        finally:
+            self._catch_up()
 
     def _change(self) -> None:
         """Tell the sections what events changed."""
@@ -163,7 +167,7 @@ class Distributed(Conductor):
             self._ask(tick, kind, parts)
             stopped += [found for part in parts if (found := self._take(part)) is not None]
         first = min(stopped, default=None)
-        self._capture(tick, len(self._groups) if first is None else first[0])
+        self._uncaptured = tick, len(self._groups) if first is None else first[0]
         if first is not None:
             _, self._tables.clock[STATUS], self._tables.clock[FAILED], self._said = first
         return first is None
@@ -175,7 +179,7 @@ class Distributed(Conductor):
         block_end = -(-tick // self.block) * self.block
         requests = [(part.link, board[part.outside].tobytes()) for part in parts]
         last = [kind == INITIALISE or part.link.section.next_due(tick) > block_end for part in parts]
-        self._hosts.ask(kind, requests, self.time_ns(tick), last)
+        self._hosts.ask(kind, requests, self.time_ns(tick), last, self._catch_up)
 
     def _take(self, part: _Part) -> tuple[int, int, int, str] | None:
         """Put a reply on the board; (place in order, status, node, what it raised) where a node stopped the run."""
@@ -193,8 +197,15 @@ class Distributed(Conductor):
         node, text = section.nodes[reply.failed], reply.text.decode(errors="replace")
         return next(i for i, group in enumerate(self._groups) if node in group), reply.status, node, text
 
+    def _catch_up(self) -> None:
+        """Append what the last tick's groups have stepped to the captured rows, while the hosts are at work."""
+        if self._uncaptured is not None:
+            tick, end = self._uncaptured
+            self._capture(tick, end)
+            self._uncaptured = None
+
     def _capture(self, tick: int, end: int) -> None:
-        """Append what the groups before `end` in the order have stepped to the captured rows."""
+        """Append what the groups before `end` in the order have stepped."""
         k, t_ns, first = self._tables, self.time_ns(tick), tick == 0
         for period, nodes, bonds in self._rows[:end]:
             if tick % period:

@@ -2,45 +2,60 @@
 
 from __future__ import annotations
 
-from tempfile import SpooledTemporaryFile
+from tempfile import TemporaryFile
+from typing import IO
 
 from pipeline.bus.messages import RESTORE, SETTINGS, STATE, WANT_STATE, Message, pack, readdressed
 from pipeline.hosts.lengths import Lengths
 from pipeline.sections import Section
 
+Numbers = bytes | memoryview  # float64, little-endian
 STATE_BYTES = 64 << 10  # a snapshot up to this size comes with every reply
 TAPE_BYTES = 64 << 20  # requests beyond this are kept in a temporary file
 
 
 class Tape:
-    """Requests in order, in memory up to TAPE_BYTES."""
+    """Requests in order: the last ones in memory, and where these were more than TAPE_BYTES, the first in a file."""
 
     def __init__(self) -> None:
-        self._file = SpooledTemporaryFile(max_size=TAPE_BYTES)  # noqa: SIM115 - closed by close()
-        self._ends = [0]
+        self._recent: list[bytes] = []
+        self._bytes = 0
+        self._file: IO[bytes] | None = None
+        self._ends = [0]  # in the file
 
     def __len__(self) -> int:
-        return len(self._ends) - 1
+        return len(self._ends) - 1 + len(self._recent)
 
     def __getitem__(self, i: int) -> bytes:
+        spilled = len(self._ends) - 1
+        if i >= spilled:
+            return self._recent[i - spilled]
+        assert self._file is not None
         self._file.seek(self._ends[i])
         return self._file.read(self._ends[i + 1] - self._ends[i])
 
     def append(self, data: bytes) -> None:
         """Add one."""
+        self._recent.append(data)
+        self._bytes += len(data)
+        if self._bytes > TAPE_BYTES:
+            self._spill()
+
+    def _spill(self) -> None:
+        self._file = self._file or TemporaryFile()  # noqa: SIM115 - closed by clear()
         self._file.seek(self._ends[-1])
-        self._file.write(data)
-        self._ends.append(self._ends[-1] + len(data))
+        for data in self._recent:
+            self._file.write(data)
+            self._ends.append(self._ends[-1] + len(data))
+        self._recent, self._bytes = [], 0
 
     def clear(self) -> None:
         """Forget all."""
-        self._file.seek(0)
-        self._file.truncate()
-        del self._ends[1:]
-
-    def close(self) -> None:
-        """Remove the file."""
-        self._file.close()
+        self._recent.clear()
+        self._bytes = 0
+        if self._file is not None:
+            self._file.close()
+            self._file, self._ends = None, [0]
 
 
 class Link:
@@ -60,7 +75,8 @@ class Link:
         self.reply: Message | None = None
         self.state_every = 1 + 8 * (lengths.signals + lengths.energies + lengths.state) // STATE_BYTES
         self._tape = Tape()
-        self.signals, self.energies, self.states = b"", b"", b""  # the last snapshot
+        self._snapshot: tuple[Numbers, Numbers, Numbers] = b"", b"", b""  # signals, energies, states
+        self._brought: Message | None = None  # the reply that brought a later one
         self._kept = -1  # the sequence after which that was taken
         self._kept_settings = b""
         self._is_changed = False
@@ -115,16 +131,28 @@ class Link:
     def _keep_state(self, message: Message) -> None:
         """Its snapshot; the requests up to it are done with."""
         if self.is_answered:
-            signals, energies = 8 * self.lengths.signals, 8 * (self.lengths.signals + self.lengths.rows)
-            states = energies + 8 * self.lengths.energies
-            self.signals, self.energies = message.numbers[:signals], message.numbers[energies:states]
-            self.states = message.numbers[states : states + 8 * self.lengths.state]
+            self._brought = message
             self._kept, self._kept_settings = message.sequence, self.settings
             self._tape.clear()
 
+    @property
+    def snapshot(self) -> tuple[Numbers, Numbers, Numbers]:
+        """The last one: signals, energies of bonds, states."""
+        if self._brought is not None:
+            numbers, of = self._brought.numbers, self.lengths
+            energies = 8 * (of.signals + of.rows)
+            states = energies + 8 * of.energies
+            self._snapshot = (
+                numbers[: 8 * of.signals],
+                numbers[energies:states],
+                numbers[states : states + 8 * of.state],
+            )
+            self._brought = None
+        return self._snapshot
+
     def begin_at(self, signals: bytes, energies: bytes, states: bytes, settings: bytes) -> None:
         """Go on from a snapshot of the run."""
-        self.signals, self.energies, self.states = signals, energies, states
+        self._snapshot = signals, energies, states
         self.settings = self._kept_settings = settings
         self._kept = self.sequence = self.answered = 0
 
@@ -133,9 +161,9 @@ class Link:
         self.answered = self._kept
         if self._kept < 0:
             return None
-        numbers = b"".join((self.signals, self.energies, self.states, self._kept_settings))
+        numbers = b"".join((*self.snapshot, self._kept_settings))
         return pack(Message(RESTORE, run, incarnation, self.section.number, self._kept, self.t_ns, numbers=numbers))
 
     def close(self) -> None:
         """Forget everything."""
-        self._tape.close()
+        self._tape.clear()

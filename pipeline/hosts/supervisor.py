@@ -77,12 +77,14 @@ class Hosts:
     tell: Callable[[str], None]
     poll: Callable[[], None] = lambda: None
     _by_name: dict[str, Host] = field(default_factory=dict)
+    _links: dict[int, Link] = field(default_factory=dict)
     _by_address: dict[tuple[str, str], Host] = field(default_factory=dict)
     _looked: float = 0.0
 
     def start(self) -> None:
         """Start the processes of this machine, and wait until all hosts are ready. Raises HostError."""
         self._by_name = {host.name: host for host in self.hosts}
+        self._links = {link.section.number: link for host in self.hosts for link in host.links}
         for host in self.hosts:
             if host.limit_s is None:
                 self._start(host)
@@ -90,8 +92,15 @@ class Hosts:
                 self.tell(f"waiting for host {host.name} ({_names(host)}), up to {host.limit_s:g} s")
         self._wait(lambda: all(host.is_ready for host in self.hosts))
 
-    def ask(self, kind: int, requests: Sequence[tuple[Link, bytes]], t_ns: int, last: Sequence[bool]) -> None:
-        """Send a request to each section, and wait for all replies. Raises HostError."""
+    def ask(
+        self,
+        kind: int,
+        requests: Sequence[tuple[Link, bytes]],
+        t_ns: int,
+        last: Sequence[bool],
+        meanwhile: Callable[[], None],
+    ) -> None:
+        """Send a request to each section, do something meanwhile, and wait for all replies. Raises HostError."""
         asked = []
         for (link, numbers), is_last in zip(requests, last, strict=True):
             host = self._by_name[link.section.host]
@@ -102,7 +111,8 @@ class Hosts:
             if is_free and host.address is not None:
                 self.bus.send(*host.address, data)
             link.keep(data)
-        self._wait(lambda: all(link.is_answered for link in asked))
+        meanwhile()
+        self._wait(lambda: all(link.answered == link.sequence for link in asked))
 
     def counts(self) -> dict[str, dict[str, int]]:
         """{host: {restarts, late, refused}}."""
@@ -232,8 +242,8 @@ class Hosts:
             self.bus.send(*host.address, link.open_request(host.incarnation))
 
     def _done(self, host: Host, message: Message) -> None:
-        link = next((link for link in host.links if link.section.number == message.section), None)
-        if link is None or not host.is_ready or not link.take(message):
+        link = self._links.get(message.section)
+        if link is None or link.section.host != host.name or not host.is_ready or not link.take(message):
             host.refused += 1
             return
         host.ignored = message.ignored

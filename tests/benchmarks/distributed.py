@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from queue import SimpleQueue
@@ -27,9 +27,10 @@ HERE = Path(__file__).parent
 PROCESSES = (1, 2, 4, 8)
 PAYLOADS = (100, 1_000, 10_000, 100_000)  # bytes each way
 TICKS = 4000
-TRIPS = 2000
+TRIPS = 50  # after each slice
 HEADER_BYTES = 64  # about what a message has beside its payload
 Row = dict[str, str | float]
+Trips = Callable[[int], list[float]]
 
 
 def rows() -> list[Row]:
@@ -64,10 +65,9 @@ def _row(case: str, text: str, stages: int, payload: int) -> Row:
     with tempfile.TemporaryDirectory() as folder:
         local = run_scenario(scenario, graph, Path(folder) / "local.mcap", Options(), lambda _: None)
         with bare_trips(payload + HEADER_BYTES) as trips:
-            before, took = trips(), _Slices()
+            took = _Interleaved(trips)
             result = run_scenario(scenario, graph, Path(folder) / "zenoh.mcap", Options(bus=BusOptions()), took)
-            bare_us = 1e6 * (before + trips()) / 2
-    trip_us = 1e6 * took.median_s(1e-3) / stages
+    bare_us, trip_us = took.medians_us(1e-3 / stages)
     return {
         "case": case,
         "method": "zenoh, unix socket",
@@ -81,24 +81,32 @@ def _row(case: str, text: str, stages: int, payload: int) -> Row:
     }
 
 
-class _Slices:
-    """Notes simulated and wall time as a run tells its progress."""
+class _Interleaved:
+    """Between a run's slices, bare trips: both see the same machine."""
 
-    def __init__(self) -> None:
-        self._seen: list[tuple[float, float]] = []
+    def __init__(self, trips: Trips):
+        self._trips = trips
+        self._bare_s: list[float] = []
+        self._slices: list[tuple[float, float]] = []  # simulated and wall time [s]
+        self._simulated_s, self._began = 0.0, 0.0
 
     def __call__(self, simulated_s: float) -> None:
-        self._seen.append((simulated_s, time.perf_counter()))
+        """After a slice; the first one, in which the processes get warm, does not count."""
+        now = time.perf_counter()
+        if self._began:
+            self._slices.append((simulated_s - self._simulated_s, now - self._began))
+        self._bare_s += self._trips(TRIPS)
+        self._simulated_s, self._began = simulated_s, time.perf_counter()
 
-    def median_s(self, step_s: float) -> float:
-        """Wall time a tick: the median over slices, weighted by nothing, as a busy machine delays some of them."""
-        simulated, wall = np.array(self._seen).T
-        return float(np.median(np.diff(wall) / (np.diff(simulated) / step_s)))
+    def medians_us(self, round_s: float) -> tuple[float, float]:
+        """Of a bare trip, and of one of the run's, each of which stands for round_s of simulated time."""
+        simulated, wall = np.array(self._slices).T
+        return 1e6 * float(np.median(self._bare_s)), 1e6 * float(np.median(wall / simulated)) * round_s
 
 
 @contextmanager
-def bare_trips(size: int) -> Iterator[object]:
-    """A function that gives the median time [s] of a round trip of so many bytes to another process."""
+def bare_trips(size: int) -> Iterator[Trips]:
+    """What makes round trips of so many bytes to another process and tells the time [s] of each."""
     socket = LocalSocket()
     session = zenoh.open(configuration([socket.endpoint], []))
     echo = subprocess.Popen(
@@ -113,17 +121,17 @@ def bare_trips(size: int) -> Iterator[object]:
         while not publisher.matching_status.matching:
             time.sleep(0.05)
 
-        def median_s() -> float:
+        def trips(n: int) -> list[float]:
             times = []
-            for _ in range(TRIPS):
+            for _ in range(n):
                 began = time.perf_counter()
                 publisher.put(bytes(size))
                 back.get(timeout=10.0)
                 times.append(time.perf_counter() - began)
-            return float(np.median(times))
+            return times
 
-        median_s()
-        yield median_s
+        trips(1000)
+        yield trips
         subscriber.undeclare()
     finally:
         echo.kill()
