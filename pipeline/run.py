@@ -27,6 +27,7 @@ from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
+from pipeline.validity_range import Ranges
 
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
 PACED_SLICE_S = 0.05  # simulated time a slice of a paced run takes, times the rate
@@ -56,7 +57,10 @@ class Options:
 
 @dataclass(frozen=True)
 class Result:
-    """What a run left behind; bonds: {name: {residual_J, throughput_J, unconverged}}."""
+    """What a run left behind.
+
+    bonds: {name: {residual_J, throughput_J, unconverged}}; validity: see validity_range.Ranges.summary.
+    """
 
     log: str
     simulated_s: float
@@ -66,6 +70,7 @@ class Result:
     digest: str
     channels: dict[str, dict[str, int]]
     bonds: dict[str, dict[str, float]]
+    validity: dict[str, dict[str, float]]
 
 
 def channels(graph: Graph) -> list[ChannelSpec]:
@@ -143,6 +148,7 @@ class Run:
         self.graph = graph
         self.conductor = Conductor(graph)
         self.digest = Digest([node.name for node in graph.nodes])
+        self._ranges = Ranges(graph)
         self._options = options
         self._steps = np.zeros(len(graph.nodes) + len(graph.bonds), np.int64)
         self._every = np.array([node.record_every for node in graph.nodes] + [1] * len(graph.bonds), np.int64)
@@ -194,6 +200,7 @@ class Run:
         """Go on from a snapshot, and note it; the caller has copied the rows up to it."""
         self.conductor.restore(snapshot)
         self.digest = Digest([node.name for node in self.graph.nodes], snapshot.chains)
+        self._ranges = Ranges(self.graph, snapshot.ranges)
         periods = [node.period for node in self.graph.nodes] + [
             self.graph.nodes[b.body].period for b in self.graph.bonds
         ]
@@ -235,6 +242,7 @@ class Run:
             digest=self.digest.total(),
             channels={name: {"messages": int(n)} for name, n in zip(names, self.recorded, strict=True) if n},
             bonds=self.conductor.bond_energies(),
+            validity=self._ranges.summary(),
         )
 
     def _seconds(self, tick: int) -> float:
@@ -273,6 +281,7 @@ class Run:
         for channel, rows in self.conductor.captured():
             if channel < len(self.graph.nodes):
                 self.digest.update(self.graph.nodes[channel].name, rows)
+                self._ranges.update(channel, rows)
             every = self._every[channel]
             if every:
                 kept = rows[-self._steps[channel] % every :: every]
@@ -281,7 +290,7 @@ class Run:
             self._steps[channel] += len(rows)
 
     def _snapshot(self) -> None:
-        state = self.conductor.snapshot(self.digest.chains()).to_bytes()
+        state = self.conductor.snapshot(self.digest.chains(), self._ranges.kept()).to_bytes()
         self._recorder.snapshot(self.conductor.time_ns(self.conductor.tick), state)
         self._recorder.flush()
         self._flushed = self._noted = time.monotonic()

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict
 from pathlib import Path
 
+from pipeline.commands.explain import print_terms, terms
 from pipeline.commands.output import console, print_json, progress_bar, say_compiling
 from pipeline.commands.summary import print_summary
 from pipeline.errors import TowlineError
@@ -25,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--rate", type=_positive, metavar="1", help="simulated seconds per second (default: as fast as it goes)"
     )
     parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter")
+    parser.add_argument("--explain", action="store_true", help="say which terms of each model are on, and why")
     add_recording_arguments(parser)
 
 
@@ -74,11 +77,13 @@ def command(arguments: argparse.Namespace) -> int:
     if (arguments.bus or scenario.bus) != "local":
         raise TowlineError("bus zenoh: not in this version; run with --bus local")
     graph = build_graph(scenario)
+    if arguments.explain and not arguments.json:
+        print_terms(console(), graph)
     say_compiling(graph, arguments.json)
     with progress_bar(scenario.name, graph.ticks * graph.base_ns / 1e9, quiet=arguments.json) as progress:
         result = run_scenario(scenario, graph, arguments.out, options_of(arguments), progress)
     if arguments.json:
-        print_json(result)
+        print_json(asdict(result) | ({"terms": terms(graph)} if arguments.explain else {}))
     else:
         print_summary(console(), result)
     return 0

@@ -57,7 +57,8 @@ def test_help_imports_nothing_heavy():
 def test_run_json(capsys, tmp_path):
     status, result = call(capsys, "run", RING, "--until", "2s", "--out", str(tmp_path / "a.mcap"))
     assert status == 0
-    assert set(result) == {"log", "simulated_s", "wall_s", "real_time_factor", "steps", "digest", "channels", "bonds"}
+    keys = {"log", "simulated_s", "wall_s", "real_time_factor", "steps", "digest", "channels", "bonds", "validity"}
+    assert set(result) == keys
     assert result["simulated_s"] == 2.0
     assert result["steps"] == 5 * 2000
     assert result["channels"] == {name: {"messages": 2001} for name in "abcde"}
