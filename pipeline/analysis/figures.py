@@ -18,6 +18,9 @@ from pipeline.analysis.statistics import LEAST_MARKERS, reliable
 from pipeline.analysis.validity import Cable
 
 WIDTH, PANEL = 4.2, 1.35  # inches: on a phone the text is then a little smaller than the page's
+# Margins about the panels [inches], and where the titles stand, in widths of a panel: laid out by hand, since a solver
+# takes half of the report's time and gives other last bits each time.
+LEFT, RIGHT, ABOVE, BELOW, BETWEEN, TITLES = 0.72, 0.1, 0.1, 0.42, 0.46, -0.13
 # Of the panels; both figures are of one height, since a wide screen shows them side by side.
 INDICATOR, CIRCUMSTANCES = 1.375, (1.0, 1.5, 1.0, 1.0, 1.0)
 SPANS = 700  # of a curve, each drawn by its extremes: more than the figure has pixels
@@ -149,30 +152,25 @@ def _bars(t: np.ndarray, valid: np.ndarray, height: int) -> tuple[np.ndarray, np
 
 def _panels(heights: tuple[float, ...], window: Window) -> tuple[Figure, list[Axes]]:
     """Panels one above the other over the same time."""
-    figure = Figure((WIDTH, PANEL * sum(heights)), layout="constrained")
-    panels = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
+    height = PANEL * sum(heights)
+    figure = Figure((WIDTH, height))
+    figure.subplots_adjust(LEFT / WIDTH, BELOW / height, 1.0 - RIGHT / WIDTH, 1.0 - ABOVE / height)
+    usual = (height - BELOW - ABOVE - BETWEEN * (len(heights) - 1)) / len(heights)  # of a panel
+    panels = list(
+        figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, gridspec_kw={"hspace": BETWEEN / usual})
+    )
     for panel in panels:
         panel.set_xlabel("time [s]")
         panel.set_xlim(window.start, window.end)
         panel.tick_params(labelbottom=True)
-    figure.align_ylabels(panels)
+        panel.yaxis.set_label_coords(TITLES, 0.5)
     return figure, panels
 
 
 def _svg(figure: Figure, name: str, title: str) -> str:
     """The figure as an SVG element to stand among others: with a title, its identifiers made its own by a name."""
-    _settle(figure)
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata=NO_METADATA)
     text = buffer.getvalue()
     text = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", text[text.index("<svg") :])
     return re.sub(r'<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="img"><title>{title}</title>', text, count=1)
-
-
-def _settle(figure: Figure) -> None:
-    """Lay the figure out and round the places: the layout's solver gives other last bits each time."""
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
-    for panel in figure.axes:
-        left, bottom, width, height = np.round(panel.get_position().bounds, 4)
-        panel.set_position((left, bottom, width, height))
