@@ -1,4 +1,11 @@
-"""How near a line's markers are to a catenary, frame by frame: alpha, e_P, e_C and C with their covariance."""
+"""How near a line's markers are to a catenary, frame by frame: alpha, e_P, e_C and C with their covariance.
+
+Without noise alpha [rad] and C (relative) come out to 1e-9 or better, as far as float64 can hold the markers: at a
+distance R from the origin a coordinate is rounded to R / 2^53, of deviation sigma = ulp(R) / sqrt(12). For n markers
+evenly along a line of span l and sag s, parabola z = 4 s (x / l)^2, least squares know C to sigma sqrt(720 / n) / l^2,
+with C = 8 s / l^2, and the normal's turn to sigma / sqrt(n var z), with var z = (4 s)^2 / 180: both 3.354 sigma /
+(sqrt(n) s). Five deviations are 1e-9 at R = 1e6 m, where sigma is 3.4e-11 m, for s = 0.56 m / sqrt(n).
+"""
 
 from __future__ import annotations
 

@@ -28,6 +28,8 @@ ON_GRID = 1e-6  # of a spacing: float64 holds multiples of the finest one up to 
 # A record whose median frame leaves its straight line by less than this many of its own distances from the fit shows
 # no curve: what is steady in time (markers stuck on askew, positions smoothed by their tracker) counts as noise too.
 SHOWS_CURVE = 3.0
+# Of the distance of neighbouring markers: third differences in time beyond that are motion from frame to frame.
+NO_NOISE = 0.1
 MANY = 1e6  # degrees of freedom of a variance that is as good as known
 
 
@@ -81,8 +83,10 @@ def scatter(
     width = planes.width[fitted] / np.sqrt(np.maximum(planes.n[fitted] - 2, 1))
     shows_curve = not fitted.any() or float(np.median(width)) > SHOWS_CURVE * usual
     found = min(of_record, usual) if shows_curve else usual
+    own = np.minimum(about_fit, in_time)
+    if given and not np.isfinite(of_record):  # frames too far apart in time to contradict what was given
+        found, own = given, np.full_like(own, given)
     sigma = max(found, given or 0.0)
-    own = np.where(np.isfinite(about_fit), np.minimum(about_fit, in_time), in_time)
     frame = np.maximum(sigma, np.where(np.isfinite(own), own, 0.0))
     freedom = MANY if given else float(min(MANY, max(1, (planes.n[fitted] - 3).sum())))
     return Scatter(sigma, frame, _grid(frames), freedom)
@@ -119,7 +123,8 @@ def _roughness(planes: Planes) -> np.ndarray:
 def _in_time(frames: MarkerFrames) -> tuple[np.ndarray, float]:
     """Noise by third differences in time, in its worst direction: (k,) of each frame, and of the record [m].
 
-    inf where there is none. The record's covariance is the median of the frames', element by element.
+    inf where there is none, and for the record if it is motion. The record's covariance is the median of the frames', element by element, over the median
+    of a chi square: 1 - 2/(9 d) cubed of its mean (Wilson and Hilferty 1931, Proc. Nat. Acad. Sci. 17, 684-688).
     """
     k, m = frames.valid.shape
     found = np.full(k, np.inf)
@@ -139,9 +144,22 @@ def _in_time(frames: MarkerFrames) -> tuple[np.ndarray, float]:
         return found, np.inf
     moments = np.einsum("kma,kmb->kab", difference[good], difference[good])
     moments /= (ALTERNATING @ ALTERNATING * count[good])[:, None, None]
-    found[good + 1] = np.sqrt(np.maximum(np.linalg.eigvalsh(moments)[:, -1], 0.0))
+    most = NO_NOISE * _spacing(frames)
+    largest = np.sqrt(np.maximum(np.linalg.eigvalsh(moments)[:, -1], 0.0))
+    found[good + 1] = np.minimum(largest, most)
     found[0], found[windows + 1 :] = found[1], found[windows]
-    return found, float(np.sqrt(max(np.linalg.eigvalsh(np.median(moments, axis=0))[-1], 0.0)))
+    usual_moments = np.median(moments, axis=0) / (1.0 - 2.0 / (9.0 * np.median(count[good]))) ** 3
+    of_record = float(np.sqrt(max(np.linalg.eigvalsh(usual_moments)[-1], 0.0)))
+    return found, of_record if of_record <= most else np.inf
+
+
+def _spacing(frames: MarkerFrames) -> float:
+    """Median distance of neighbouring markers that are both seen [m]; inf if there are none."""
+    both = frames.valid[:, 1:] & frames.valid[:, :-1]
+    if not both.any():
+        return np.inf
+    steps = np.diff(frames.position, axis=1)
+    return float(np.sqrt(np.median((steps * steps).sum(axis=2)[both])))
 
 
 def _grid(frames: MarkerFrames) -> float:

@@ -45,8 +45,9 @@ class Sensitivity:
         if sigma is not None:
             return sigma**2 * (self.across + self.along)
         across = planes.e_plane**2 * planes.n / (planes.n - 3)
-        along = (curves.e_catenary / self.noise_gain) ** 2
-        return across[:, None, None] * self.across + along[:, None, None] * self.along
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # noise_gain 0 or NaN: nothing is known
+            along = np.nan_to_num((curves.e_catenary / self.noise_gain) ** 2, nan=np.inf)
+            return across[:, None, None] * self.across + along[:, None, None] * self.along
 
 
 def sensitivity(planes: Planes, curves: Catenaries) -> Sensitivity:
