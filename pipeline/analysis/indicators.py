@@ -43,7 +43,7 @@ REASONS = {
     Status.STRAIGHT: "not identifiable: the markers stand on a straight line, in which no plane is marked out",
     Status.NO_PLANE: "not identifiable: the line is straight within the scatter of its markers, no plane is marked out",
     Status.HORIZONTAL: "not identifiable: the plane is horizontal within the markers' scatter, nothing in it points up",
-    Status.NO_CATENARY: "not identifiable: within the markers' scatter they stand at fewer than 3 different x in their plane",
+    Status.NO_CATENARY: "not identifiable: at fewer than 3 different x in their plane, within the markers' scatter",
     Status.NOT_CONVERGED: "the fit did not converge",
 }
 # By the statuses of the plane's and of the curve's kernels.

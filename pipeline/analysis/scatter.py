@@ -2,8 +2,9 @@
 
 Two bounds of the noise, each holding something else besides: the third differences in time of each marker, which also
 hold its jerk, and the distances from the plane and from a curve in it, which also hold waves. The lesser one is taken,
-in its worst direction, so that scatter need not be isotropic; and no less than was given. A frame noisier than its record counts as
-noisy as it is. Coordinates rounded to a grid may be half of its spacing off, all of them in step, which is added.
+in its worst direction, so that scatter need not be isotropic; and no less than was given. A frame noisier than its
+record counts as noisy as it is. Coordinates rounded to a grid may be half of its spacing off, all of them in step, which
+is added.
 
 A shape is refused where straight lines with so much noise would have it once in CHANCE of all *records*: the chance is
 shared out among the frames. And no shape may hang on one marker alone, which may be a stray one.
@@ -123,8 +124,9 @@ def _roughness(planes: Planes) -> np.ndarray:
 def _in_time(frames: MarkerFrames) -> tuple[np.ndarray, float]:
     """Noise by third differences in time, in its worst direction: (k,) of each frame, and of the record [m].
 
-    inf where there is none, and for the record if it is motion. The record's covariance is the median of the frames', element by element, over the median
-    of a chi square: 1 - 2/(9 d) cubed of its mean (Wilson and Hilferty 1931, Proc. Nat. Acad. Sci. 17, 684-688).
+    inf where there is none, and for the record if it is motion. The record's covariance is the median of the frames',
+    element by element, over the median of a chi square: its mean times (1 - 2/(9 d))^3 (Wilson and Hilferty 1931,
+    Proc. Nat. Acad. Sci. 17, 684-688).
     """
     k, m = frames.valid.shape
     found = np.full(k, np.inf)

@@ -77,8 +77,8 @@ def statistics(fits: Fits, least_markers: int = LEAST_MARKERS) -> Statistics:
             f"fewer than {100 * LEAST_SHARE:g} %"
         )
     values = (np.degrees(fits.alpha), 1e3 * fits.e_plane, 1e3 * fits.e_catenary)
-    summaries = (None if missing else _summary(of_all[use]) for of_all in values)
-    return Statistics(*summaries, len(use), of, used, missing)
+    alpha, e_plane, e_catenary = (None if missing else _summary(of_all[use]) for of_all in values)
+    return Statistics(alpha, e_plane, e_catenary, len(use), of, used, missing)
 
 
 def _summary(values: np.ndarray) -> Summary:

@@ -58,7 +58,8 @@ def noise(cable: Cable) -> str:
         n = cable.noise
         sentences.append(
             f"Markers with {n.marker_mm:.3g} mm of noise on a true catenary would give e_P {n.e_plane_mm:.3g} mm and "
-            f"e_C {n.e_catenary_mm:.3g} mm; α is then uncertain by {n.alpha_deg:.2g}°, C by {n.C_per_m:.2g}/m (medians)."
+            f"e_C {n.e_catenary_mm:.3g} mm; α is then uncertain by {n.alpha_deg:.2g}°, C by {n.C_per_m:.2g}/m "
+            "(medians)."
         )
     for cause, shifts in (("noise", cable.biases.noise), ("drop-out", cable.biases.drop_out)):
         if shifts is not None:

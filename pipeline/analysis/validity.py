@@ -47,7 +47,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Biases:
-    """How much greater the indicators are on the average, by the markers' noise and by their drop-out; None: by none."""
+    """How much greater the indicators are on the average, by the markers' noise and drop-out; None: by none."""
 
     noise: Shifts | None
     drop_out: Shifts | None

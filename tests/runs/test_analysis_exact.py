@@ -85,7 +85,8 @@ def largest_errors(line, sag, markers):
     C = 8.0 * sag / 2.695**2
     alpha, psi = random.uniform(0.1, 1.2, 300), random.uniform(-3.0, 3.0, 300)
     shapes = [
-        line(C, 2.695, 0.0, markers, a, p, 1e6 + random.uniform(-1e3, -10.0, 3)) for a, p in zip(alpha, psi, strict=True)
+        line(C, 2.695, 0.0, markers, a, p, 1e6 + random.uniform(-1e3, -10.0, 3))
+        for a, p in zip(alpha, psi, strict=True)
     ]
     fits = fits_of(np.stack(shapes), marker_sigma=ROUNDED)
     assert fits.fitted.all(), fits.reasons()

@@ -110,7 +110,7 @@ def test_short_records_give_a_number_once_in_a_hundred(frames, markers):
     """400 records of straight lines: 4 +- 2 by the rule's chance of 0.01, were its bounds exact; 10 is three more."""
     random = np.random.default_rng(3)
     shapes = PLACES[:markers, None] * np.array([0.8, 0.5, 0.3]) + np.zeros((400, frames, 1, 1))
-    shapes = shapes + 1e-3 * random.standard_normal(shapes.shape[:3] + (3,))
+    shapes = shapes + 1e-3 * random.standard_normal((*shapes.shape[:3], 3))
     assert sum(fits_of(one).fitted.any() for one in shapes) <= 10
 
 
@@ -185,7 +185,7 @@ def test_c_is_not_identifiable_beyond_its_deviation(line):
     assert fits.fitted.all()
     known = np.isfinite(fits.C)
     assert (known == (fits.sigma_C <= np.abs(fits.C))).all() or np.isnan(fits.C[~known]).all()
-    assert 0 < (~known).sum()
+    assert (~known).sum() > 0
     assert np.isnan(fits.x0[~known]).all()
     assert np.isnan(fits.z0[~known]).all()
     assert np.isfinite(fits.e_catenary).all()

@@ -13,7 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from components.tether.catenary.hang import hang
 from pipeline.analysis.indicators import fit_frames
+from pipeline.analysis.markers import marker_frames
 from pipeline.analysis.published import published
 from pipeline.analysis.recording import recordings
 from pipeline.cli import main
@@ -80,3 +82,44 @@ def test_all_frames_with_markers_enough_are_identifiable(pool_logs, scene):
     recording = recordings(pool_logs[scene])[0]
     fits = fit_frames(recording.frames, marker_sigma=recording.origin.noise)
     assert fits.fitted[fits.n > 6].all(), fits.reasons()
+
+
+def leaning_line(length, span, markers, spacing, power):
+    """Markers on a static catenary under a small sideways load that grows as a power of the distance from end a.
+
+    Linear statics: H y'' = -q ds/dx with H the horizontal tension, y = 0 at both ends. NED [m], end b at x = span.
+    """
+    line = hang(length, 1.0, span, 0.0, 1e9)
+    C = 1.0 / line.H_N
+    x = np.linspace(0.0, span, 20_001)
+    z = (np.cosh(C * (x - span / 2)) - np.cosh(C * span / 2)) / C
+    slope = np.cosh(C * (x - span / 2))  # ds/dx
+    s = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(x) * (slope[1:] + slope[:-1]))])
+    load = 0.01 * C * slope * (s / s[-1]) ** power
+    for _ in range(2):
+        load = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(x) * (load[1:] + load[:-1]))])
+    y = load[-1] * x / span - load
+    places = length - spacing * np.arange(markers)[::-1]
+    return np.stack([np.interp(places, s, one) for one in (x, y, -z)], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("scene", "line", "per_degree"),
+    [("pool_chain", (3.5, 2.1, 12, 0.245), 1.18), ("pool_rope", (2.0, 1.2, 9, 0.2), 0.79)],
+)
+def test_leaning_goes_with_bending(pool_logs, scene, line, per_degree):
+    """Drawn sideways at end b alone, drag goes with the square of the distance from end a: no plane holds the line.
+
+    Statics give e_P for each degree of alpha, as the README says; the moving scene, whose turns bend it further, has up
+    to twice that. A uniform load only leans the plane. Tolerance: the README's digits.
+    """
+    uniform, sheared = fit_frames(
+        marker_frames(np.arange(2), np.stack([leaning_line(*line, p) for p in (0, 2)]))
+    ).e_plane
+    alpha = np.degrees(fit_frames(marker_frames(np.arange(1), leaning_line(*line, 2)[None])).alpha[0])
+    assert uniform < 1e-3 * sheared
+    assert 1e3 * sheared / alpha == pytest.approx(per_degree, abs=0.01)
+    fits = fit_frames(recordings(pool_logs[scene])[0].frames, marker_sigma=4e-4)
+    leans = fits.fitted & (fits.n > 6) & (fits.alpha > np.radians(1.0))
+    found = np.median(1e3 * fits.e_plane[leans] / np.degrees(fits.alpha[leans]))
+    assert per_degree < found < 2.1 * per_degree
