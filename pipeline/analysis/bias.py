@@ -58,8 +58,6 @@ def _without(measured: np.ndarray, floor: np.ndarray) -> np.ndarray:
 
 def folded_mean(mean: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     """Mean of |x| for a normal x of this mean and deviation, arrays alike: sigma sqrt(2 / pi) about zero."""
-    from scipy.special import ndtr  # takes longer to import than all else that judges a log
-
     ratio = np.divide(mean, sigma, out=np.full_like(mean, np.inf), where=sigma > 0.0)
     within = np.array([erf(r / sqrt(2.0)) for r in np.ravel(ratio)]).reshape(np.shape(ratio))
     return sigma * np.sqrt(2.0 / pi) * np.exp(-0.5 * ratio**2) + mean * within

@@ -3,8 +3,8 @@
 Two bounds of the noise, each holding something else besides: the third differences in time of each marker, which also
 hold its jerk, and the distances from the plane and from a curve in it, which also hold waves. The lesser one is taken,
 in its worst direction, so that scatter need not be isotropic; and no less than was given. A frame noisier than its
-record counts as noisy as it is. Coordinates rounded to a grid may be half of its spacing off, all of them in step, which
-is added.
+record counts as noisy as it is. Coordinates rounded to a grid may be half of its spacing off, all of them in step,
+which is added.
 
 A shape is refused where straight lines with so much noise would have it once in CHANCE of all *records*: the chance is
 shared out among the frames. And no shape may hang on one marker alone, which may be a stray one.

@@ -44,8 +44,8 @@ def failures(cable: Cable) -> str:
     share = f" ({100.0 * failing / used:.3g} %)" if used else ""
     return (
         f"{behind(cable)} "
-        f"e_C exceeds {1e3 * cable.tolerance:.4g} mm, by more than noise explains, "
-        f"in {failing} of {used} frames{share}, {len(cable.spans)} spans; "
+        f"e_C exceeds {1e3 * cable.tolerance:.4g} mm in {failing} of {used} frames{share}, "
+        f"by more than noise explains, {len(cable.spans)} spans; "
         f"of {frames - used} frames nothing is known (fewer than {LEAST_MARKERS} markers, or no fit). "
         f"Length {cable.length:.4g} m ({cable.length_source})."
     )

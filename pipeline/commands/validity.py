@@ -108,7 +108,7 @@ def _sentences(cable: Cable) -> Iterator[str]:
     """What stands below the table, a paragraph each."""
     yield str(cable.durations)
     yield f"{failures(cable)} {noise(cable)}"
-    yield f"{cable.statistics.frames_used} of {cable.statistics.frames} frames used, fitted in {cable.wall_s:.3g} s"
+    yield f"fitted in {cable.wall_s:.3g} s"
     for reason, count in cable.fits.reasons().items():
         yield f"  {count} {reason}"
     for note in cable.fits.notes:
