@@ -32,7 +32,8 @@ MOST_EXCHANGES = 4  # of two labels each, in one frame: four swapped pairs, or a
 class Continuity:
     """order: (k, m) int, the position to take at each place on the line in turn, filled up with -1.
 
-    left_out, swapped: (k,) markers seen but not on the line, markers exchanged. note: why nothing was checked, or "".
+    left_out, swapped: (k,) markers seen but not on the line, markers whose labels were exchanged back.
+    note: what was mended, or why nothing was checked; "" where there is nothing to say.
     """
 
     order: np.ndarray
@@ -55,7 +56,17 @@ def check_continuity(frames: MarkerFrames) -> Continuity:
     place, scratch = np.empty(m, np.int64), np.empty(m, np.int64)
     _check_all(position, valid & ~off, reach, often, place, scratch, order, left_out, swapped)
     order = np.where(order < 0, -1, np.take_along_axis(labels, np.maximum(order, 0), axis=1))
-    return Continuity(order, left_out, swapped, note)
+    return Continuity(order, left_out, swapped, "; ".join(filter(None, (note, _mended(left_out, swapped)))))
+
+
+def _mended(left_out: np.ndarray, swapped: np.ndarray) -> str:
+    """How many markers were left out and exchanged, and in how many frames; "" if none were."""
+    counts = {"left out, off their trajectory or the line": left_out, "given back their exchanged labels": swapped}
+    return "; ".join(
+        f"{int(count.sum())} markers in {int((count > 0).sum())} frames were {what}"
+        for what, count in counts.items()
+        if count.any()
+    )
 
 
 def _reach(frames: MarkerFrames) -> tuple[np.ndarray, str]:
@@ -86,7 +97,10 @@ def _misfits(position: np.ndarray, valid: np.ndarray, reach: np.ndarray) -> np.n
 
 @kernel
 def _check_all(position, valid, reach, often, place, scratch, order, left_out, swapped):
-    """All frames; often (m,): frames in which a marker is too far from a neighbour. place, scratch (m,): the labels of the markers in `order`, and a copy of `order`."""
+    """All frames; often (m,): frames in which a marker is too far from a neighbour.
+
+    place, scratch: (m,), the labels of the markers in `order`, and a copy of `order`.
+    """
     m = valid.shape[1]
     for f in range(valid.shape[0]):
         n = 0

@@ -89,6 +89,8 @@ class Cable:
                 {"start_s": s.start_ns / 1e9, "end_s": s.end_ns / 1e9, "frames": s.frames, "worst_mm": 1e3 * s.worst}
                 for s in self.spans
             ],
+            "markers_left_out": int(self.fits.left_out.sum()),
+            "markers_swapped": int(self.fits.swapped.sum()),
             "frames_by_reason": self.fits.reasons(),
             "notes": list(self.fits.notes),
             "noise": None if self.noise is None else asdict(self.noise),
