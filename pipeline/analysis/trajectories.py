@@ -14,13 +14,14 @@ import numpy as np
 
 from pipeline.analysis.compiled import kernel
 
-# Clean records of both pool scenes reach 3.7 at 50 Hz, 8.7 at 25 Hz and 9.6 at 10 Hz (a rope that snaps taut), but no
-# clean marker returns from such a jump by another one: at 8 none of their 190 000 markers is left out at any rate.
-LIMIT = 6.0
+# At 4 none of the 195 000 clean markers of the pool scenes is left out at 50 Hz or 25 Hz; of the rope, which snaps
+# taut, up to 1 in 1500 at 7 to 12 Hz. Accelerations alone reach 3.7 (50 Hz) to 9.6 (10 Hz), but do not jump back.
+LIMIT = 4.0
 NEAR = 2  # neighbours on each side that tell how violent the motion is
 UNSEEN = 3.5  # median periods: over a longer gap a motion is not followed
-LONGEST = 25  # samples off the trajectory, one after the other: half a second of a common 50 Hz
+LONGEST = 10  # samples off the trajectory, one after the other; over more the way back cannot be foretold
 MAXWELL_MEDIAN = 1.5382  # of the length of a vector of three standard normal numbers
+SHORT_END = 3  # samples between a jump and a time unseen, which no jump back tells to be off
 RETURN = 1.0 / 3.0  # of the jump: the way back ends this near to where the earlier motion leads
 
 
@@ -58,8 +59,10 @@ def off_trajectory(t_ns: np.ndarray, position: np.ndarray, valid: np.ndarray) ->
     t = (t_ns - t_ns[0]) / _period(t_ns)
     index = np.empty(len(t), np.int64)
     _scan(t, position, valid, scale, index, out)
-    _scan(-t[::-1], position[::-1], valid[::-1], scale[::-1], index, out[::-1])
-    return out
+    # Copies, contiguous as the others: the kernel is compiled once.
+    backward = [np.ascontiguousarray(one[::-1]) for one in (-t, position, valid, scale, out)]
+    _scan(*backward[:4], index, backward[4])
+    return np.ascontiguousarray(backward[4][::-1])
 
 
 def _period(t_ns: np.ndarray) -> float:
@@ -132,7 +135,7 @@ def _scan_marker(t, x, j, scale, index, n, out):
     while q <= n:
         broken = q == n or (b >= 0 and t[index[q]] - t[b] > UNSEEN)
         if broken:
-            if jumped >= 0 and since <= LONGEST and 3 * since <= before:
+            if jumped >= 0 and since <= SHORT_END and 3 * since <= before:
                 for r in range(jumped, q):
                     out[index[r], j] = True
             a, b, before, since, jumped = -1, -1, 0, 0, -1

@@ -63,10 +63,14 @@ def test_nothing_is_lost_of_a_clean_record(position, arc):
         assert (used(frames) == frames.valid).all()
 
 
-@pytest.mark.parametrize("offset", [0.06, 0.1, 0.15])
+@pytest.mark.parametrize("offset", [0.1, 0.15])
 @pytest.mark.parametrize("frames", [1, 4])
 def test_moderate_outliers_are_found(position, arc, offset, frames):
-    """60 mm off in any direction, for one frame or for four; every one, and nothing else, in all but the ends."""
+    """For one frame or for four, in any direction: each one, and nothing else, while the chain swings with 11 m/s^2.
+
+    Its second difference is then 4.4 mm, so that the limit is about 4 (4.4 + 4.4 + 6) mm = 60 mm, and 80 mm at the
+    turning points.
+    """
     spoilt, bad = position.copy(), np.zeros((FRAMES, MARKERS), bool)
     rng = np.random.default_rng(2)
     for start in range(10, FRAMES - 10, 20):
