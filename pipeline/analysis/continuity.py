@@ -48,7 +48,7 @@ def check_continuity(frames: MarkerFrames) -> Continuity:
     k, m = frames.valid.shape
     labels = tracked_labels(frames.t_ns, frames.position, frames.valid, reach)
     rows = np.arange(k)[:, None]
-    position, valid = frames.position[rows, labels], frames.valid[rows, labels]
+    position, valid = (np.ascontiguousarray(one[rows, labels]) for one in (frames.position, frames.valid))
     off = off_trajectory(frames.t_ns, position, valid)
     order, left_out = np.empty((k, m), np.int64), off.sum(axis=1)
     swapped = ((labels != np.arange(m)) & valid & ~off).sum(axis=1)

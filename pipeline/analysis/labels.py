@@ -97,6 +97,10 @@ def _assign(distance: np.ndarray, here: np.ndarray, gate: float) -> np.ndarray:
 
     distance: (m, m) from where each marker's motion leads to each label's position [m], NaN where unknown.
     """
+    near = distance <= gate
+    near[np.arange(len(here)), here] = False
+    if not near.any():
+        return here
     from scipy.optimize import linear_sum_assignment  # a quarter of a second, and most records need none
 
     # A position off every motion is nobody's: beyond the gate all are equally far, and the labels stay.
