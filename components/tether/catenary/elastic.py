@@ -23,7 +23,7 @@ _SMALL_STEP = 1e-9
 # that are ill-conditioned (near-taut and very stiff, or with a horizontal force far below the weight).
 _SETTLED = 3
 # Misfit of a result, in lengths; beyond it the line says that it did not converge.
-_ACCEPTED = 1e-14
+_ACCEPTED = 2e-14
 # Sum of the ends' tensions in weights from which one term of the series of phi S - 2 is as good as a Newton step needs
 # (1e-4), and below which the difference is (1e-12).
 _STRAIGHT = 100.0
@@ -120,7 +120,8 @@ def elastic(h, v, e):
         small = abs(dH) <= _SMALL_STEP * H and abs(dV) <= _SMALL_STEP * hypot(H, V)
         if small or abs(r_x) + abs(r_z) <= _ROUNDING * (1.0 + h + abs(v)):
             settled += 1
-        if small:
+        rounded = abs(r_x) + abs(r_z) <= _ACCEPTED * (1.0 + h + abs(v))
+        if small or (rounded and abs(dH) < 0.5 * H):  # no slope to search along is left above rounding
             H += dH
             V += dV
         else:

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 from components.compiled import kernel
 
-
 # A load below this [N/m] is none: products with it would underflow, and no line that it could bend is finite.
 LIGHTEST = 1e-200
 

@@ -83,7 +83,7 @@ def rest(h, v, e, p_a, p_b, mu):
         return status, Rest(h, v, e, p_a, False, H, V, 0.5 - V, 0.5 + V, 0.0, 0.0)
     if mu > 0.0 and p_a > 0.0 and p_b > 0.0:
         return NO_ANCHOR, nothing
-    status, H, s_a, s_b = touchdown(h, p_a, p_b, e, mu)
+    status, H, s_a, s_b = touchdown(h, p_a, p_b, e, mu, H)
     mu_a, mu_b = (mu, 0.0) if p_a == 0.0 else (0.0, mu)
     return status, Rest(h, v, e, p_a, True, H, V, s_a, s_b, mu_a, mu_b)
 

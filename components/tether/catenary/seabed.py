@@ -24,8 +24,10 @@ def hanging_length(H, p, e):
     if p <= 0.0:
         return 0.0
     s = sqrt(p * (p + 2.0 * H))  # the inextensible length, which is not too short: Newton's steps only fall
+    if e == 0.0:
+        return s
     for _ in range(_ITERATIONS):
-        T = hypot(H, s)
+        T = sqrt(H * H + s * s)
         ds = (s * s * (1.0 / (T + H) + 0.5 * e) - p) / (s / T + e * s)
         s -= ds
         if ds <= _SMALL_STEP * s:
@@ -40,7 +42,8 @@ def slack(H, s, e):
         return 0.0, 0.0
     T = hypot(H, s)
     lift = s * (s / (T * (T + H)))  # 1 - H/T
-    return H * asinh(s / H) - s, asinh(s / H) - s / T - lift * lift / (s * (1.0 / T + e))
+    turn = asinh(s / H)
+    return H * turn - s, turn - s / T - lift * lift / (s * (1.0 / T + e))
 
 
 @kernel
@@ -61,11 +64,12 @@ def growth(H, s, e):
 
 
 @kernel
-def touchdown(h, p_a, p_b, e, mu):
+def touchdown(h, p_a, p_b, e, mu, H):
     """(status, H, s_a, s_b): horizontal tension and lengths hanging from the ends, p_a and p_b above the seabed.
 
-    To be asked only where the line hanging free would be below the seabed; with friction one of p_a, p_b is 0. H is 0
-    where there is line enough to hang straight down from both ends; where the rest then lies is not determined.
+    H: to begin with, that of the line hanging free, which would be below the seabed. With friction one of p_a, p_b is
+    0. The result is 0 where there is line enough to hang straight down from both ends; where the rest then lies is not
+    determined.
     """
     s_a = hanging_length(0.0, p_a, e)
     s_b = hanging_length(0.0, p_b, e)
@@ -73,7 +77,7 @@ def touchdown(h, p_a, p_b, e, mu):
         return 0, 0.0, s_a, s_b
     low = 0.0
     high = inf
-    H = h
+    H = H if H > 0.0 else h
     for _ in range(_ITERATIONS):
         s_a = hanging_length(H, p_a, e)
         s_b = hanging_length(H, p_b, e)
