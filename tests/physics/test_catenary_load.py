@@ -263,8 +263,7 @@ JUDGED = {"weight": 0.9, "drag_diameter": 0.01, "virtual_mass": 0.12, "bending_s
 
 
 def test_only_what_can_be_judged_is_told():
-    assert not any(name.startswith("validity") for name in run(np.zeros(3), [2.0, 0.0, 0.0], weight=0.9)[1])
-    some = run(np.zeros(3), [2.0, 0.0, 0.0], weight=0.9, virtual_mass=0.1)[1]
+    some = run(np.zeros(3), [2.0, 0.0, 0.0], weight=0.9)[1]
     assert [name for name in some if name.startswith("validity")] == [
         "validity.range",
         "validity.inertia",

@@ -119,6 +119,8 @@ COMPONENT = Component(
     init=step,
     step=step,
     status_text=TEXT,
+    terms=model.terms,
+    validity="validity.range",
     assumptions="Uniform line without bending stiffness under a uniform load, so slow that other drag and inertia are "
     "small beside it; level seabed with Coulomb friction towards an anchored end. "
     "Valid where all of `validity` is below 1.",

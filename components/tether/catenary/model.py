@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from components.constants import SEA_WATER_DENSITY
-from components.contract import Parameters, Port, choice, motion_ports, quantity
+from components.contract import Parameters, Port, Term, choice, motion_ports, quantity
 from components.tether.catenary import validity
 
 Vector = tuple[float, float, float]
@@ -35,7 +35,9 @@ class Catenary(Parameters):
         "1", "Coulomb's mu between the seabed and the line, one end of which is anchored on it", 0.0, ge=0
     )
     tolerance: float = quantity("1", "shift of the shape, over the length, at the border of validity", 0.01, gt=0)
-    virtual_mass: float | None = quantity("kg/m", "dry plus added mass per length, to judge validity by", None, gt=0)
+    virtual_mass: float | None = quantity(
+        "kg/m", "dry plus added mass per length, to judge validity by; none: weight/g, which is less", None, gt=0
+    )
     drag_diameter: float | None = quantity("m", "diameter that drag refers to, to judge validity by", None, gt=0)
     normal_drag: float = quantity("1", "C_n of rho d C_n |v_n| v_n / 2 per length, for the same", 1.2, ge=0)
     fluid_density: float = quantity("kg/m^3", "density of the fluid, for the same", SEA_WATER_DENSITY, ge=0)
@@ -69,11 +71,11 @@ class Catenary(Parameters):
         """The load per unstretched length from the parameters [N/m], NED."""
         return self.load if self.load is not None else (0.0, 0.0, self.weight or 0.0)
 
-    def assessed(self) -> tuple[bool, bool, bool, bool]:
-        """Whether mass, drag, bending and strain can be judged."""
-        given = (self.virtual_mass, self.drag_diameter, self.bending_stiffness, self.axial_stiffness)
-        mass, drag, bending, strain = (value is not None for value in given)
-        return mass, drag, bending, strain
+    def assessed(self) -> tuple[bool, bool, bool]:
+        """Whether drag, bending and strain can be judged."""
+        given = (self.drag_diameter, self.bending_stiffness, self.axial_stiffness)
+        drag, bending, strain = (value is not None for value in given)
+        return drag, bending, strain
 
     def vector(self) -> np.ndarray:
         """Length, 1/EA, segments, seabed (whether, depth, friction), load (3), whether more comes in, validity (5)."""
@@ -107,3 +109,16 @@ def outputs(parameters: Catenary) -> tuple[Port, ...]:
         Port("grounded_length", "m", (), "", "unstretched length that lies on the seabed"),
     )
     return shape + validity.ports(*parameters.assessed())
+
+
+def terms(line: Catenary) -> tuple[Term, ...]:
+    """What of the model is on."""
+    q = line.load_vector()
+    ea, bed = line.axial_stiffness, line.seabed
+    return (
+        Term("elasticity", ea is not None, "no axial_stiffness" if ea is None else f"axial_stiffness {ea:g} N"),
+        Term("inclined load", q[0] != 0.0 or q[1] != 0.0, f"load ({q[0]:g}, {q[1]:g}, {q[2]:g}) N/m"),
+        Term("load from outside", line.load_input, f"load_input is {str(line.load_input).lower()}"),
+        Term("seabed", bed is not None, "no seabed" if bed is None else f"seabed at {bed:g} m"),
+        Term("seabed friction", line.seabed_friction > 0.0, f"seabed_friction is {line.seabed_friction:g}"),
+    )

@@ -3,7 +3,8 @@
 Each measure is 1 at the border. What a static model leaves out (inertia, drag, bending) would shift the line by some
 length; the border is where the estimate of that shift comes to `tolerance` of the line's length, by default the 1 % by
 which Drupt et al. 2022 judge the catenary. The shifts are first-order estimates: they tell inside from outside, and
-are no error bounds. A measure is there only where the parameters that it needs are given.
+are no error bounds. A measure is there only where the parameters that it needs are given; the inertia is at least that of
+the mass which the load weighs.
 """
 
 from math import sqrt
@@ -12,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from components.compiled import kernel
+from components.constants import GRAVITY
 from components.contract import Port
 
 # Ropes break at 10 to 20 % of strain, so that one EA has no meaning beyond the first figure.
@@ -89,12 +91,12 @@ def assess(y, at, u, a, b, limits, drag_speed, yields, T_a, T_b, T_least, T_most
     """
     v_a, acc_a = speed(u, a)
     v_b, acc_b = speed(u, b)
-    drag = inertia = wave = bending = strain = -1.0
+    mass = limits.mass if limits.mass > 0.0 else q / GRAVITY
+    inertia = mass * max(acc_a, acc_b) * yields / limits.shift
+    wave = max(outrun(v_a, T_a, mass), outrun(v_b, T_b, mass)) if mass > 0.0 else 0.0
+    drag = bending = strain = -1.0
     if limits.drag > 0.0:
         drag = limits.drag * drag_speed * drag_speed * yields / limits.shift
-    if limits.mass > 0.0:
-        inertia = limits.mass * max(acc_a, acc_b) * yields / limits.shift
-        wave = max(outrun(v_a, T_a, limits.mass), outrun(v_b, T_b, limits.mass))
     if limits.EI > 0.0:
         bending = bending_length(limits.EI, T_least, q) / limits.shift
     if limits.flexibility > 0.0:
@@ -102,11 +104,10 @@ def assess(y, at, u, a, b, limits, drag_speed, yields, T_a, T_b, T_least, T_most
     write(y, at, (drag, inertia, wave, bending, strain))
 
 
-def ports(mass: bool, drag: bool, bending: bool, strain: bool) -> tuple[Port, ...]:
-    """Ports of the measures that can be assessed, behind their largest; none if none can."""
-    given = ((DRAG,) if drag else ()) + ((INERTIA, WAVE) if mass else ())
-    given += ((BENDING,) if bending else ()) + ((STRAIN,) if strain else ())
-    return (RANGE, *given) if given else ()
+def ports(drag: bool, bending: bool, strain: bool) -> tuple[Port, ...]:
+    """Ports of the measures that can be assessed, behind their largest."""
+    drags, bends, strains = ((port,) if on else () for port, on in ((DRAG, drag), (BENDING, bending), (STRAIN, strain)))
+    return (RANGE, *drags, INERTIA, WAVE, *bends, *strains)
 
 
 def numbers(shift: float, mass: float | None, drag: float, EI: float | None, flexibility: float) -> np.ndarray:

@@ -36,7 +36,7 @@ def size(x, y, z):
 
 
 @kernel
-def write_shape(u, w, y, n, smooth):
+def write_shape(u, w, y, n, free, smooth):
     """Nodes, tensions and end forces, and the largest error of nodes and tensions by what the meshes differ by.
 
     Where the shape is smooth they are improved by the third of that (Richardson); elsewhere the error is all of it.
@@ -55,7 +55,7 @@ def write_shape(u, w, y, n, smooth):
     after = 4 * (n + 1)
     for k in range(6):
         c, f = coarse + KEPT * (n + 1) + k, fine + KEPT * (n + 1) + k
-        y[after + k] = w[f] + gain * (w[f] - w[c])
+        y[after + k] = 0.0 if free and k >= FORCE_B else w[f] + gain * (w[f] - w[c])
     share = gain if smooth else 1.0
     return share * shift, share * slip
 
@@ -92,7 +92,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     scale, iterations, residual, solved, smooth = solve_both(p, u, w, n, dx, dy, dz)
     if scale == 0.0:
         return NEUTRAL_SLACK
-    shift, slip = write_shape(u, w, y, n, smooth)
+    shift, slip = write_shape(u, w, y, n, p[FREE] > 0.0, smooth)
     if not smooth:  # a fold moves by up to a fine segment between the meshes' nodes
         shift, slip = shift + 0.5 * p[LENGTH] / n, slip + 0.5 * scale / n
     after = 4 * (n + 1)
@@ -114,6 +114,8 @@ COMPONENT = Component(
     init=step,
     step=step,
     status_text=TEXT,
+    terms=model.terms,
+    validity="validity.range",
     assumptions="Uniform elastic line without bending stiffness or seabed, in balance at every instant under its "
     "weight and quadratic drag per unstretched length, moving with its ends; inertia small beside drag and weight. "
     "Valid where all of `validity` is below 1.",

@@ -61,3 +61,22 @@ def line_of(p, n, slack, scale):
         slack=slack,
         scale=scale,
     )
+
+
+@kernel
+def with_slack(line, slack):
+    """The same line with another slack."""
+    return Line(
+        n=line.n,
+        l0=line.l0,
+        length=line.length,
+        flexibility=line.flexibility,
+        weight=line.weight,
+        drag_n=line.drag_n,
+        drag_t=line.drag_t,
+        free=line.free,
+        body_weight=line.body_weight,
+        body_drag=line.body_drag,
+        slack=slack,
+        scale=line.scale,
+    )

@@ -32,16 +32,20 @@ def body_load(line, vx, vy, vz):
 
 @kernel
 def node_load(line, p, u, w, i):
-    """All load on node i."""
+    """All load on node i but a body's."""
     vx, vy, vz, _, _, _ = flow(p, u, i / line.n, w[i * RECORD + R + 2])
     fx, fy, fz = 0.0, 0.0, 0.0
     for j in range(max(i - 1, 0), min(i, line.n - 1) + 1):
         hx, hy, hz = half_load(line, w, j, vx, vy, vz)
         fx, fy, fz = fx + hx, fy + hy, fz + hz
-    if line.free and i == line.n:
-        hx, hy, hz = body_load(line, vx, vy, vz)
-        fx, fy, fz = fx + hx, fy + hy, fz + hz
     return fx, fy, fz
+
+
+@kernel
+def free_load(line, p, u, w):
+    """Load of the body at a free end."""
+    vx, vy, vz, _, _, _ = flow(p, u, 1.0, w[line.n * RECORD + R + 2])
+    return body_load(line, vx, vy, vz)
 
 
 @kernel

@@ -24,7 +24,7 @@ def scaled_line(p, u, w, n, dx, dy, dz):
 
 @kernel
 def end_forces(line, p, u, w):
-    """The line's forces on what holds end a and end b."""
+    """The line's forces on what holds end a and end b, or hangs at it."""
     ax, ay, az = node_load(line, p, u, w, 0)
     bx, by, bz = node_load(line, p, u, w, line.n)
     last = (line.n - 1) * RECORD + N

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from components.constants import SEA_WATER_DENSITY
-from components.contract import Parameters, Port, Sizes, choice, motion_ports, quantity
+from components.contract import Parameters, Port, Sizes, Term, choice, motion_ports, quantity
 from components.tether.quasistatic import mesh, validity
 
 Vector = tuple[float, float, float]
@@ -90,3 +90,15 @@ def outputs(line: Quasistatic) -> tuple[Port, ...]:
 def sizes(line: Quasistatic) -> Sizes:
     """No state; the records of the finer mesh and both meshes' results as scratch."""
     return Sizes(workspace=mesh.workspace(line.segments))
+
+
+def terms(line: Quasistatic) -> tuple[Term, ...]:
+    """What of the model is on."""
+    along, across = line.tangential_drag * line.drag_diameter, line.normal_drag * line.drag_diameter
+    return (
+        Term("normal drag", across > 0.0, f"normal_drag {line.normal_drag:g} on {line.drag_diameter:g} m"),
+        Term("tangential drag", along > 0.0, f"tangential_drag {line.tangential_drag:g} on {line.drag_diameter:g} m"),
+        Term("current profile", bool(line.current), f"{len(line.current)} depths of current"),
+        Term("current from outside", line.current_input, f"current_input is {str(line.current_input).lower()}"),
+        Term("body at a free end", line.end_b == "free", f"end_b is {line.end_b}"),
+    )

@@ -10,7 +10,7 @@ from math import isfinite
 from components.compiled import kernel
 from components.tether.quasistatic.flow import flow
 from components.tether.quasistatic.line import DN, DR, F0, OM, PI, RECORD, N, P, R, W
-from components.tether.quasistatic.loads import add_body_slopes, node_load, size_of, write_half_slopes
+from components.tether.quasistatic.loads import add_body_slopes, free_load, node_load, size_of, write_half_slopes
 from components.tether.quasistatic.small import apply, multiply, solve
 
 ITERATIONS = 40
@@ -58,6 +58,9 @@ def carry_over_node(line, p, u, w, i, share, small):
     left, right, by_r, free, rows = small + 12, small + 21, small + 30, small + 39, small + 39
     write_slopes(line, p, u, w, i, share, left, right, by_r, free)
     f = node_load(line, p, u, w, i)
+    if i == line.n:
+        body = free_load(line, p, u, w)
+        f = f[0] + body[0], f[1] + body[1], f[2] + body[2]
     c = apply(w, by_r, o + PI)
     worst = 0.0
     multiply(w, small, by_r, o + P, 1.0)
