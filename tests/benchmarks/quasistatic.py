@@ -10,6 +10,7 @@ from scipy.integrate import solve_bvp
 
 from components.compiled import as_compiled
 from components.tether.quasistatic.component import COMPONENT
+from components.tether.quasistatic.model import Quasistatic
 
 REPEATS = 9
 DEPTHS, CURRENT = (0.0, 400.0), ((1.0, 0.2, 0.0), (0.1, 0.0, 0.0))
@@ -21,7 +22,7 @@ _step = as_compiled(COMPONENT.step)
 
 def _solve(segments: int) -> tuple[np.ndarray, float, float]:
     """Nodes (n+1, 3) [m], estimated error [m] and wall time [s]."""
-    parameters = COMPONENT.parameters(**TETHER, segments=segments, current_depth=DEPTHS, current=CURRENT)
+    parameters = Quasistatic(**TETHER, segments=segments, current_depth=DEPTHS, current=CURRENT)
     ports = COMPONENT.outputs(parameters)
     y, w = np.empty(sum(port.size for port in ports)), np.empty(COMPONENT.sizes(parameters).workspace)
     p, u = COMPONENT.pack(parameters), np.array([*[0.0] * 9, *END_B, *[0.0] * 6])

@@ -164,13 +164,14 @@ def test_between_two_points_against_solve_bvp():
     np.testing.assert_allclose(found.sol(0.0)[3:], y["force_a"], atol=float(y["tension_error"]))
 
 
-@pytest.mark.parametrize(("span", "order"), [(200.0, 3.5), (100.0, 3.5)])
-def test_fourth_order_where_current_and_shape_are_smooth(span, order):
-    # Against 1920 segments; the meshes' own second order is raised by Richardson's step.
+@pytest.mark.parametrize(("span", "order"), [(200.0, 3.5), (100.0, 2.5)])
+def test_order_in_the_segments(span, order):
+    # Against 800 segments; the meshes' own second order is raised by Richardson's step. The slacker line turns across the
+    # flow, where |v_t| v_t has a bend, which costs an order.
     flow = {"current_depth": (-1.0, 400.0), "current": ((0.6, 0.2, 0.0), (0.1, 0.0, 0.0))}
     at = motion((0, 0, 0)), motion((span, 0, 150))
-    exact = run(*at, segments=1920, **flow)["nodes"]
-    errors = [np.abs(run(*at, segments=n, **flow)["nodes"] - exact[:: 1920 // n]).max() for n in (80, 160, 320)]
+    exact = run(*at, segments=800, **flow)["nodes"]
+    errors = [np.abs(run(*at, segments=n, **flow)["nodes"] - exact[:: 800 // n]).max() for n in (20, 40, 80)]
     assert np.log2(errors[0] / errors[1]) > order
     assert np.log2(errors[1] / errors[2]) > order
 
