@@ -14,7 +14,6 @@ from components.tether.quasistatic.model import Quasistatic
 
 REPEATS = 9
 DEPTHS, CURRENT = (0.0, 400.0), ((1.0, 0.2, 0.0), (0.1, 0.0, 0.0))
-TETHER = {"length": 300.0, "weight": 0.5, "axial_stiffness": 1e6, "drag_diameter": 0.015, "tangential_drag": 0.02}
 END_B = (120.0, 0.0, 200.0)
 FINEST = 1600
 _step = as_compiled(COMPONENT.step)
@@ -22,7 +21,16 @@ _step = as_compiled(COMPONENT.step)
 
 def _solve(segments: int) -> tuple[np.ndarray, float, float]:
     """Nodes (n+1, 3) [m], estimated error [m] and wall time [s]."""
-    parameters = Quasistatic(**TETHER, segments=segments, current_depth=DEPTHS, current=CURRENT)
+    parameters = Quasistatic(
+        length=300.0,
+        weight=0.5,
+        axial_stiffness=1e6,
+        drag_diameter=0.015,
+        tangential_drag=0.02,
+        segments=segments,
+        current_depth=DEPTHS,
+        current=CURRENT,
+    )
     ports = COMPONENT.outputs(parameters)
     y, w = np.empty(sum(port.size for port in ports)), np.empty(COMPONENT.sizes(parameters).workspace)
     p, u = COMPONENT.pack(parameters), np.array([*[0.0] * 9, *END_B, *[0.0] * 6])

@@ -200,7 +200,7 @@ def test_forces_beyond_the_largest_double_are_refused():
 def run(a, b, **parameters):
     """(status, outputs by name) for ends at a and b; every output not written would stay NaN."""
     kind = COMPONENT.parameters(**{"length": 3.5, "weight": CHAIN, **parameters})
-    u = np.full(18, np.nan)
+    u = np.zeros(18)
     u[0:3], u[9:12] = a, b
     ports = COMPONENT.outputs(kind)
     y = np.full(sum(port.size for port in ports), np.nan)

@@ -166,8 +166,8 @@ def test_between_two_points_against_solve_bvp():
 
 @pytest.mark.parametrize(("span", "order"), [(200.0, 3.5), (100.0, 2.5)])
 def test_order_in_the_segments(span, order):
-    # Against 800 segments; the meshes' own second order is raised by Richardson's step. The slacker line turns across the
-    # flow, where |v_t| v_t has a bend, which costs an order.
+    # Against 800 segments; the meshes' own second order is raised by Richardson's step. The slacker line turns across
+    # the flow, where |v_t| v_t has a bend, which costs an order.
     flow = {"current_depth": (-1.0, 400.0), "current": ((0.6, 0.2, 0.0), (0.1, 0.0, 0.0))}
     at = motion((0, 0, 0)), motion((span, 0, 150))
     exact = run(*at, segments=800, **flow)["nodes"]

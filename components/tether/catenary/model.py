@@ -36,7 +36,7 @@ class Catenary(Parameters):
     )
     tolerance: float = quantity("1", "shift of the shape, over the length, at the border of validity", 0.01, gt=0)
     virtual_mass: float | None = quantity(
-        "kg/m", "dry plus added mass per length, to judge validity by; none: weight/g, which is less", None, gt=0
+        "kg/m", "dry plus added mass per length, to judge validity by; none: weight/g", None, gt=0
     )
     drag_diameter: float | None = quantity("m", "diameter that drag refers to, to judge validity by", None, gt=0)
     normal_drag: float = quantity("1", "C_n of rho d C_n |v_n| v_n / 2 per length, for the same", 1.2, ge=0)

@@ -3,8 +3,8 @@
 Each measure is 1 at the border. What a static model leaves out (inertia, drag, bending) would shift the line by some
 length; the border is where the estimate of that shift comes to `tolerance` of the line's length, by default the 1 % by
 which Drupt et al. 2022 judge the catenary. The shifts are first-order estimates: they tell inside from outside, and
-are no error bounds. A measure is there only where the parameters that it needs are given; the inertia is at least that of
-the mass which the load weighs.
+are no error bounds. A measure is there only where the parameters that it needs are given; without a virtual mass the
+inertia is that of the load over g, which is less than the truth.
 """
 
 from math import sqrt
