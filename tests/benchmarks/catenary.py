@@ -32,15 +32,15 @@ def _hanging(chords: tuple[float, ...], elasticities: tuple[float, ...]) -> Grid
     return np.array([(c * cos(radians(a)), c * sin(radians(a)), e, inf, inf, 0.0) for c, a, e in some])
 
 
-def _drags(h: float, v: float, e: float, p_a: float, p_b: float, mu: float) -> bool:
-    line = rest(h, v, e, p_a, p_b, mu)[1]
+def _drags(row: tuple[float, ...]) -> bool:
+    line = rest(*row)[1]
     return line.touches and line.H > 0.0
 
 
 def _grounded() -> Grid:
     some = product((0.85, 0.9, 0.97), (0.05, 0.2), ELASTICITIES, FRICTIONS)
     lines = [(span, depth, e, 0.0, depth, mu) for span, depth, e, mu in some]
-    return np.array([one for one in lines if _drags(*one)])
+    return np.array([one for one in lines if _drags(one)])
 
 
 @kernel
