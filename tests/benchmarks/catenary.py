@@ -48,7 +48,8 @@ def _solve_all(grid, rounds):
     total = 0.0
     for _ in range(rounds):
         for i in range(grid.shape[0]):
-            total += rest(grid[i, 0], grid[i, 1], grid[i, 2], grid[i, 3], grid[i, 4], grid[i, 5])[1].H
+            _, line = rest(grid[i, 0], grid[i, 1], grid[i, 2], grid[i, 3], grid[i, 4], grid[i, 5])
+            total += line.H
     return total
 
 
@@ -56,9 +57,8 @@ def _miss(line: Rest, h: float, v: float) -> float:
     """Distance of the far end from where it should be, by the textbook formulae in 50 digits."""
     with localcontext() as context:
         context.prec = 50
-        x, z = _far_end(
-            *(Decimal(float(value)) for value in (line.H, line.e, line.s_a, line.s_b, line.mu_a)), line.touches
-        )
+        H, e, s_a, s_b, mu = (Decimal(float(value)) for value in (line.H, line.e, line.s_a, line.s_b, line.mu_a))
+        x, z = _far_end(H, e, s_a, s_b, mu, line.touches)
         return hypot(float(x - Decimal(h)), float(z - Decimal(v)))
 
 
