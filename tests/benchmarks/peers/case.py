@@ -13,19 +13,6 @@ POINTS = 10  # positions are compared at the material points s = L k / 10
 
 
 @dataclass(frozen=True)
-class Current:
-    """Current along north: its speed [m/s] at the surface, linear to nothing at a depth [m]."""
-
-    surface: float
-    depth: float
-
-    @property
-    def levels(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """(depth, speed) at the surface and where it ends."""
-        return (0.0, self.surface), (self.depth, 0.0)
-
-
-@dataclass(frozen=True)
 class Seabed:
     """Flat, at a depth [m]; a normal pressure of stiffness x indentation + damping x its rate on the diameter."""
 
@@ -64,7 +51,7 @@ class Case:
     density: float = 1000.0
     bending: float = 0.0  # EI [N m^2]
     relax: bool = False  # MoorDyn starts from its dynamic relaxation, where its static solver finds no equilibrium
-    current: Current | None = None
+    current: float = 0.0  # along north, the same at all depths [m/s]
     seabed: Seabed | None = None
 
     @property

@@ -15,7 +15,7 @@ NAME = "Towline"
 
 def lacks(case) -> str:
     """The parameter that this Towline's cable would need for the case and has not, or nothing."""
-    wanted = {"bending_stiffness": case.bending, "current_profile": case.current, "seabed": case.seabed}
+    wanted = {"bending_stiffness": case.bending, "current": case.current, "seabed": case.seabed}
     return next((name for name, value in wanted.items() if value and name not in Cable.model_fields), "")
 
 
@@ -28,8 +28,7 @@ def scenario(case, segments: int, step: float, options: dict[str, str]) -> str:
     if case.bending:
         options = {"bending_stiffness": f"{case.bending!r} N m^2", **options}
     if case.current:
-        surface, below = (f"{{depth: {z} m, velocity: [{u} m/s, 0 m/s, 0 m/s]}}" for z, u in case.current.levels)
-        options = {"current_profile": f"[{surface}, {below}]", **options}
+        options = {"current": f"[{case.current!r} m/s, 0 m/s, 0 m/s]", **options}
     if case.seabed:
         options = {
             "seabed": f"{case.seabed.depth!r} m",
