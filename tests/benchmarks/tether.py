@@ -41,7 +41,7 @@ CHAIN = Case(
 TETHER = Case(
     name="ROV tether", length=300.0, mass=0.35, diameter=0.02, stiffness=2e5, damping=1e3, drag_t=0.02, density=1025.0,
     fixed=(60.0, 0.0, 260.0), centre=(0.0, 0.0, 10.0), cosine=(0.5, 0.0, 0.0), sine=(0.0, 0.0, 1.0), frequency=0.1,
-    ramp=10.0, duration=40.0, sample=0.4, current=0.4, relax=True,
+    ramp=10.0, duration=40.0, sample=0.4, current=0.4, relax=800,
 )  # fmt: skip
 # A power cable in 60 m of water, anchored, its lower half on the bed; its upper end hinged on a vessel that goes round.
 # The bed is stiff, for Towline's sets in smoothly and lets the line sink by twice the peers' weight over stiffness
@@ -49,7 +49,7 @@ TETHER = Case(
 RISER = Case(
     name="catenary riser", length=120.0, mass=12.0, diameter=0.1, stiffness=5e6, damping=1e4, density=1025.0,
     fixed=(0.0, 0.0, 60.0), centre=(90.0, 0.0, 8.0), cosine=(1.0, 0.0, 0.0), sine=(0.0, 0.0, 1.0), frequency=0.1,
-    ramp=10.0, duration=40.0, sample=0.4, bending=1e4, seabed=Seabed(60.0, 1e6, 0.0),
+    ramp=10.0, duration=40.0, sample=0.4, bending=1e4, seabed=Seabed(60.0, 1e6, 0.0), relax=100,
 )  # fmt: skip
 # A rope pulled taut and let slack each two seconds: tension from nothing to 350 N in 0.2 s; damped 5 % as fibre ropes.
 SNAP = Case(
@@ -75,7 +75,7 @@ PLAN: dict[str, tuple[Case, Runs, Runs, Runs, Runs]] = {
     ),
     "riser": (
         RISER, COARSE, ((200, 0.005), (400, 0.005)),
-        ((20, 0.1), (40, 0.05), (80, 0.05), (160, 0.02)), ((20, 2e-3), (40, 2e-3), (80, 1e-3), (160, 2e-4)),
+        ((20, 0.1), (40, 0.05), (80, 0.05), (160, 0.02)), ((20, 2e-3), (40, 2e-3), (80, 1e-3), (160, 4e-4)),
     ),
     "snap": (
         SNAP, SHARP, ((400, 0.0002),),

@@ -50,7 +50,7 @@ class Case:
     added_t: float = 0.0
     density: float = 1000.0
     bending: float = 0.0  # EI [N m^2]
-    relax: bool = False  # MoorDyn starts from its dynamic relaxation, where its static solver finds no equilibrium
+    relax: int = 0  # pseudo-time of MoorDyn's dynamic relaxation, where its static solver finds no equilibrium [s]
     current: float = 0.0  # along north, the same at all depths [m/s]
     seabed: Seabed | None = None
 

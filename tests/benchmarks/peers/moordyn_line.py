@@ -17,8 +17,7 @@ import numpy as np
 from peers.case import BOTTOMLESS, GRAVITY, POINTS, Trace, flipped
 
 NAME = "MoorDyn 2.7"
-# Longest pseudo-time of its static solver and of its dynamic relaxation [s], and when the equilibrium is good enough.
-SETTLED_S, THRESHOLD = {False: 10, True: 800}, 1e-8
+SETTLED_S, THRESHOLD = 10, 1e-8  # pseudo-time that its static solver gets [s], and when its equilibrium is good enough
 
 
 def deck(case, segments: int, step: float, scheme: str) -> str:
@@ -53,8 +52,8 @@ ID LineType AttachA AttachB UnstrLen NumSegs Outputs
 {seabed.stiffness if seabed else 1e5} kBot
 {seabed.damping if seabed else 1e4} cBot
 {int(case.current != 0.0)} Currents
-{int(case.relax)} ICgenDynamic
-{SETTLED_S[case.relax]} TmaxIC
+{int(case.relax > 0)} ICgenDynamic
+{case.relax or SETTLED_S} TmaxIC
 {THRESHOLD} threshIC
 10 dtIC
 1 CdScaleIC
