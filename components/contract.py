@@ -132,6 +132,22 @@ class LineEnd:
     stiffness: Callable[[Any], float]
 
 
+@dataclass(frozen=True)
+class Term:
+    """A part of a model that a scene may do without.
+
+    why: in words, with the number that turns it on or leaves it off.
+    """
+
+    name: str
+    on: bool
+    why: str
+
+
+def _no_terms(_: Any) -> tuple[Term, ...]:
+    return ()
+
+
 def _no_ports(_: Any) -> tuple[Port, ...]:
     return ()
 
@@ -151,6 +167,9 @@ class Component:
     bodies, lines: the ends at which a power bond can be tied, by name.
     cross: for two ends (a, b) of a line that are both bonded, the output port (3, 3) of -dF_a / d acceleration_b [kg]
         about the motion just accepted, beside both ends' `accepted`.
+    terms: of the parameters, the parts of the model that can be off, and which are on.
+    validity: a scalar output, at most 1 inside the range in which the model is valid and above 1 outside; the other
+        members of its bundle are the measures of which it is the largest. "" if the model does not tell.
     assumptions: what the model leaves out and where it is valid, one sentence.
     """
 
@@ -166,6 +185,8 @@ class Component:
     lines: Mapping[str, LineEnd] = field(default_factory=dict)
     cross: Mapping[tuple[str, str], str] = field(default_factory=dict)
     compiled: bool = True
+    terms: Callable[[Any], tuple[Term, ...]] = _no_terms
+    validity: str = ""
     assumptions: str = ""
 
     def pack(self, parameters: Parameters, seed: int = 0) -> np.ndarray:

@@ -90,12 +90,12 @@ class Conductor:
             if end > start:
                 yield channel, self._tables.capture[start:end].reshape(-1, length)
 
-    def snapshot(self, chains: dict[str, str]) -> Snapshot:
-        """The run at this block end; chains: the digest's."""
+    def snapshot(self, chains: dict[str, str], ranges: dict[str, dict[str, float]]) -> Snapshot:
+        """The run at this block end; chains: the digest's; ranges: the models' validity."""
         k = self._tables
         board = k.board[: self.graph.board]
         arrays = (self.memory.parameters, k.states, board, k.bond_energy.ravel())
-        return Snapshot(self.tick, self.events.fired, chains, *(array.copy() for array in arrays))
+        return Snapshot(self.tick, self.events.fired, chains, *(array.copy() for array in arrays), ranges=ranges)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot of the same graph."""

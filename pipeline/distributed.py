@@ -90,11 +90,11 @@ class Distributed(Conductor):
             settings = self._settings(section.nodes, part.signals)
             part.link.begin_at(signals.tobytes(), energies.tobytes(), states.tobytes(), settings)
 
-    def snapshot(self, chains: dict[str, str]) -> Snapshot:
+    def snapshot(self, chains: dict[str, str], ranges: dict[str, dict[str, float]]) -> Snapshot:
         """The run at this block end, where every section's last reply brought its state."""
         for part in self._parts:
             self._tables.states[part.states] = np.frombuffer(part.link.snapshot[2], "<f8")
-        return super().snapshot(chains)
+        return super().snapshot(chains, ranges)
 
     def host_counts(self) -> dict[str, dict[str, int]]:
         """{host: {restarts, late, refused}}."""

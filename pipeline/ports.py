@@ -50,3 +50,9 @@ def _clash(name: str, others: set[str]) -> str:
 
 def _is_count(length: object) -> bool:
     return isinstance(length, int) and not isinstance(length, bool) and length >= 0
+
+
+def validity_faults(validity: str, outputs: Sequence[Port]) -> Iterator[str]:
+    """What is wrong with the output that a component names as its validity."""
+    if validity and not any(port.name == validity and port.shape == () for port in outputs):
+        yield f"its validity is '{validity}', which is no scalar output of it"

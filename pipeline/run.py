@@ -16,7 +16,7 @@ from typing import Self
 
 import numpy as np
 
-from components import compiled
+from components import cache
 from pipeline.conductor import BOND_PORTS, Conductor
 from pipeline.coupling import refuse_unstable
 from pipeline.digest import Digest
@@ -32,6 +32,7 @@ from pipeline.pacing import Pacing
 from pipeline.placement import placement_of
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
+from pipeline.validity_range import Ranges
 
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
 SCENARIO, RUN = "scenario.yaml", "run"  # the log's attachment, and a metadata record beside conventions.RESULT
@@ -63,8 +64,9 @@ class Options:
 
 @dataclass(frozen=True)
 class Result:
-    """What a run left behind; bonds: {name: {residual_J, throughput_J, unconverged}}.
+    """What a run left behind.
 
+    bonds: {name: {residual_J, throughput_J, unconverged}}; validity: see validity_range.Ranges.summary.
     hosts: {name: {restarts, late, refused}}, empty where all ran in one process. deadlines: {missed, worst_s} of a
     paced run.
     """
@@ -77,6 +79,7 @@ class Result:
     digest: str
     channels: dict[str, dict[str, int]]
     bonds: dict[str, dict[str, float]]
+    validity: dict[str, dict[str, float]]
     hosts: dict[str, dict[str, int]]
     deadlines: dict[str, float]
 
@@ -108,7 +111,7 @@ def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
     """What the numbers depend on beside the scenario."""
     versions = {package: version(package) for package in ("towline", *PACKAGES)}
     here = {"python": platform.python_version(), "machine": platform.machine()}
-    sources = {"source_hash": compiled.source_hash(), MODELS_HASH: models_hash(model_files(graph))}
+    sources = {"source_hash": cache.source_hash(), MODELS_HASH: models_hash(model_files(graph))}
     times = {"base_ns": str(graph.base_ns), "start_ns": str(graph.start_ns), "block_ticks": str(block)}
     return {"scenario": scenario.name, **versions, **here, **sources, **times}
 
@@ -166,6 +169,7 @@ class Run:
         self.graph = graph
         self.conductor = conductor_of(scenario, graph, options)
         self.digest = Digest([node.name for node in graph.nodes])
+        self._ranges = Ranges(graph)
         self._options = options
         self.pacing = Pacing(options.rate, options.keys, graph.base_ns, options.tell)
         self._steps = np.zeros(len(graph.nodes) + len(graph.bonds), np.int64)
@@ -235,6 +239,7 @@ class Run:
         self.conductor.restore(snapshot)
         self.open()
         self.digest = Digest([node.name for node in self.graph.nodes], snapshot.chains)
+        self._ranges = Ranges(self.graph, snapshot.ranges)
         periods = [node.period for node in self.graph.nodes] + [
             self.graph.nodes[b.body].period for b in self.graph.bonds
         ]
@@ -276,6 +281,7 @@ class Run:
             digest=self.digest.total(),
             channels={name: {"messages": int(n)} for name, n in zip(names, self.recorded, strict=True) if n},
             bonds=self.conductor.bond_energies(),
+            validity=self._ranges.summary(),
             hosts=self.conductor.host_counts(),
             deadlines={"missed": self.pacing.missed, "worst_s": self.pacing.worst_s} if self._options.rate else {},
         )
@@ -304,6 +310,7 @@ class Run:
         for channel, rows in self.conductor.captured():
             if channel < len(self.graph.nodes):
                 self.digest.update(self.graph.nodes[channel].name, rows)
+                self._ranges.update(channel, rows)
             every = self._every[channel]
             if every:
                 kept = rows[-self._steps[channel] % every :: every]
@@ -317,7 +324,7 @@ class Run:
         self.conductor.remarks.clear()
 
     def _snapshot(self) -> None:
-        state = self.conductor.snapshot(self.digest.chains()).to_bytes()
+        state = self.conductor.snapshot(self.digest.chains(), self._ranges.kept()).to_bytes()
         self._recorder.snapshot(self.conductor.time_ns(self.conductor.tick), state)
         self._recorder.flush()
         self._flushed = self._noted = time.monotonic()

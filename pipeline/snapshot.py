@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from pipeline.errors import LogError
 
 MAGIC = b"TOWLINE1"
+_HEADER = ("tick", "fired", "chains", "ranges")
 _ARRAYS = ("parameters", "states", "board", "bond_energy")
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Tick, events fired so far, digest chains, and all p, x, signals and bond energies (float64)."""
+    """Tick, events fired so far, digest chains, and all p, x, signals and bond energies (float64).
+
+    ranges: the models' validity so far, see validity_range.Ranges.
+    """
 
     tick: int
     fired: int
@@ -25,11 +29,12 @@ class Snapshot:
     states: np.ndarray
     board: np.ndarray
     bond_energy: np.ndarray
+    ranges: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def to_bytes(self) -> bytes:
         """Magic, length of a JSON header, header, arrays one after another."""
         arrays = [getattr(self, name) for name in _ARRAYS]
-        header = {"tick": self.tick, "fired": self.fired, "chains": self.chains, "lengths": [a.size for a in arrays]}
+        header = {name: getattr(self, name) for name in _HEADER} | {"lengths": [a.size for a in arrays]}
         text = json.dumps(header).encode()
         return MAGIC + struct.pack("<I", len(text)) + text + b"".join(a.astype("<f8").tobytes() for a in arrays)
 
@@ -48,4 +53,4 @@ class Snapshot:
             raise LogError(f"the log's run snapshot is damaged ({error})") from error
         if len(numbers) != sum(header["lengths"]):
             raise LogError("the log's run snapshot is damaged (wrong length)")
-        return cls(header["tick"], header["fired"], header["chains"], *parts[:-1])
+        return cls(header["tick"], header["fired"], header["chains"], *parts[:-1], ranges=header["ranges"])

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.analysis.bias import Shifts, by_drop_out, by_noise, floors
+from pipeline.analysis.durations import Durations, durations
 from pipeline.analysis.indicators import Fits, fit_frames
 from pipeline.analysis.markers import MarkerFrames
 from pipeline.analysis.published import Published, published
 from pipeline.analysis.recording import Recording
-from pipeline.analysis.statistics import Span, Statistics, failing_spans, reliable, statistics
+from pipeline.analysis.statistics import LEAST_MARKERS, Span, Statistics, failing_spans, reliable, statistics
 from pipeline.errors import TowlineError
 
 
@@ -44,10 +46,18 @@ class Noise:
 
 
 @dataclass(frozen=True)
+class Biases:
+    """How much greater the indicators are on the average, by the markers' noise and drop-out; None: by none."""
+
+    noise: Shifts | None
+    drop_out: Shifts | None
+
+
+@dataclass(frozen=True)
 class Cable:
     """What was found of one cable. length: of the line [m], from length_source. tolerance: of e_C [m].
 
-    noise: None where the file does not tell the markers' noise.
+    noise: None where the file does not tell the markers' noise. biases: by that noise, or by what the record shows.
     """
 
     recording: Recording
@@ -55,11 +65,13 @@ class Cable:
     fits: Fits
     statistics: Statistics
     spans: list[Span]
+    durations: Durations
     length: float
     length_source: str
     tolerance: float
     published: Published | None
     noise: Noise | None
+    biases: Biases
     wall_s: float
 
     def as_json(self) -> dict[str, Any]:
@@ -72,13 +84,18 @@ class Cable:
             "length_m": self.length,
             "length_source": self.length_source,
             "tolerance_mm": 1e3 * self.tolerance,
+            **{f"seconds_{name}": seconds for name, seconds in asdict(self.durations).items()},
             "fails": [
                 {"start_s": s.start_ns / 1e9, "end_s": s.end_ns / 1e9, "frames": s.frames, "worst_mm": 1e3 * s.worst}
                 for s in self.spans
             ],
+            "markers_left_out": int(self.fits.left_out.sum()),
+            "markers_swapped": int(self.fits.swapped.sum()),
             "frames_by_reason": self.fits.reasons(),
             "notes": list(self.fits.notes),
             "noise": None if self.noise is None else asdict(self.noise),
+            "marker_noise_taken_mm": 1e3 * self.fits.marker_sigma,
+            "bias": asdict(self.biases),
             "published": None if self.published is None else asdict(self.published),
         }
 
@@ -92,7 +109,7 @@ def judge(recording: Recording, method: str, tolerance: Tolerance, length: float
     start = time.perf_counter()
     fits = fit_frames(recording.frames, method, recording.origin.noise)
     wall_s = time.perf_counter() - start
-    metres, source = (length, "as given") if length is not None else _length(recording)
+    metres, source = (length, "as given") if length is not None else _length(recording, fits)
     limit = tolerance.metres(metres)
     if limit <= 0.0:
         raise TowlineError(
@@ -105,11 +122,13 @@ def judge(recording: Recording, method: str, tolerance: Tolerance, length: float
         fits=fits,
         statistics=statistics(fits),
         spans=failing_spans(fits, limit),
+        durations=durations(fits, limit),
         length=metres,
         length_source=source,
         tolerance=limit,
         published=found,
         noise=_noise(fits, recording.origin.noise),
+        biases=_biases(recording.frames, fits),
         wall_s=wall_s,
     )
 
@@ -118,25 +137,31 @@ def _noise(fits: Fits, sigma: float | None) -> Noise | None:
     use = reliable(fits)
     if sigma is None or not use.any():
         return None
-    from pipeline.analysis.bias import expected  # with scipy.special, which not every file needs
-
-    floors = expected(fits, sigma)
+    floor_plane, floor_catenary = floors(fits, sigma)
     return Noise(
         1e3 * sigma,
-        1e3 * float(np.median(floors.floor_plane[use])),
-        1e3 * float(np.median(floors.floor_catenary[use])),
+        1e3 * float(np.median(floor_plane[use])),
+        1e3 * float(np.median(floor_catenary[use])),
         float(np.degrees(np.median(fits.sigma_alpha[use]))),
         float(np.median(fits.sigma_C[use])),
     )
 
 
-def _length(recording: Recording) -> tuple[float, str]:
+def _biases(frames: MarkerFrames, fits: Fits) -> Biases:
+    use = reliable(fits)
+    return Biases(by_noise(fits, use) if use.any() else None, by_drop_out(frames, fits, LEAST_MARKERS))
+
+
+def _length(recording: Recording, fits: Fits) -> tuple[float, str]:
     if recording.origin.length is not None:
         return recording.origin.length, f"of {recording.origin.line}, unstretched"
-    return _along_markers(recording.frames), "along the markers, the line itself is longer"
+    return _along_markers(recording.frames, fits), "along the markers, the line itself is longer"
 
 
-def _along_markers(frames: MarkerFrames) -> float:
-    """Median length of the polyline through all markers, over the frames that show all; 0 if there is none."""
-    whole = frames.position[frames.valid.all(axis=1)]
+def _along_markers(frames: MarkerFrames, fits: Fits) -> float:
+    """Median length of the polyline through all markers; 0 if there is none.
+
+    Over the frames that show all, each on the line and under its own label: an outlier would lengthen it.
+    """
+    whole = frames.position[(fits.n == frames.markers) & (fits.swapped == 0)]
     return float(np.median(np.linalg.norm(np.diff(whole, axis=1), axis=2).sum(axis=1))) if len(whole) else 0.0

@@ -6,6 +6,7 @@ import argparse
 
 from rich.table import Table
 
+from pipeline.commands.explain import print_terms, terms
 from pipeline.commands.output import console, print_json
 from pipeline.graph import Graph
 from pipeline.scenario import load_scenario
@@ -16,6 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's arguments."""
     parser.add_argument("scenario", help="scenario YAML")
     parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter")
+    parser.add_argument("--explain", action="store_true", help="say which terms of each model are on, and why")
 
 
 def _order(graph: Graph) -> list[str]:
@@ -31,9 +33,8 @@ def command(arguments: argparse.Namespace) -> int:
         components = {
             node.name: {"model": node.model, "period_s": node.period * graph.base_ns / 1e9} for node in graph.nodes
         }
-        print_json(
-            {"ok": True, "simulated_s": seconds, "ticks": graph.ticks, "order": _order(graph), "components": components}
-        )
+        found = {"ok": True, "simulated_s": seconds, "ticks": graph.ticks, "order": _order(graph)}
+        print_json(found | {"components": components} | ({"terms": terms(graph)} if arguments.explain else {}))
         return 0
     table = Table(
         title=f"{arguments.scenario}: fine, {seconds:g} s in {graph.ticks} steps of {graph.base_ns / 1e6:g} ms"
@@ -48,4 +49,6 @@ def command(arguments: argparse.Namespace) -> int:
     out = console()
     out.print(table)
     out.print(f"order of execution: {' -> '.join(_order(graph))}")
+    if arguments.explain:
+        print_terms(out, graph)
     return 0

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
+from pipeline.commands.explain import print_terms, terms
 from pipeline.commands.output import console, print_json, progress_bar, say_compiling
 from pipeline.commands.summary import print_summary
 from pipeline.hosts.deployment import ENDPOINT, BusOptions
@@ -27,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--rate", type=_positive, metavar="1", help="simulated seconds per second (default: as fast as it goes)"
     )
     parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter")
+    parser.add_argument("--explain", action="store_true", help="say which terms of each model are on, and why")
     add_bus_arguments(parser)
     add_recording_arguments(parser)
 
@@ -102,13 +104,15 @@ def command(arguments: argparse.Namespace) -> int:
     """Run it."""
     scenario = load_scenario(arguments.scenario, arguments.set, arguments.until)
     graph = build_graph(scenario)
+    if arguments.explain and not arguments.json:
+        print_terms(console(), graph)
     say_compiling(graph, arguments.json)
     seconds = graph.ticks * graph.base_ns / 1e9
     with progress_bar(scenario.name, seconds, quiet=arguments.json) as progress, keyboard() as keys:
         options = replace(options_of(arguments, scenario), keys=keys)
         result = run_scenario(scenario, graph, arguments.out, options, progress)
     if arguments.json:
-        print_json(result)
+        print_json(asdict(result) | ({"terms": terms(graph)} if arguments.explain else {}))
     else:
         print_summary(console(), result)
     return 0

@@ -83,6 +83,17 @@ def _table(log: Log) -> Table:
     return table
 
 
+def _validity(name: str, figures: dict[str, float]) -> str:
+    """`tether: outside its validity range in 3.2 % of its steps (largest 1.4 of the limit: strain)`."""
+    measures = {key: value for key, value in figures.items() if key not in ("largest", "outside_share")}
+    largest = f"largest {figures['largest']:.3g} of the limit"
+    if measures:
+        largest += f": {max(measures, key=lambda key: measures[key])}"
+    share = figures["outside_share"]
+    where = f"outside its validity range in {100.0 * share:.3g} % of its steps" if share else "in its validity range"
+    return f"{name}: {where} ({largest})"
+
+
 def print_summary(console: Console, result: Result) -> None:
     """Print it; the figures are read back from the log."""
     with open_log(result.log) as log:
@@ -99,6 +110,8 @@ def print_summary(console: Console, result: Result) -> None:
     if result.deadlines:
         missed, worst_ms = result.deadlines["missed"], 1e3 * result.deadlines["worst_s"]
         console.print(f"missed deadlines: {missed}" + (f", the worst by {worst_ms:.3g} ms" if missed else ""))
+    for name, figures in result.validity.items():
+        console.print(_validity(name, figures))
     console.print(
         f"{result.simulated_s:g} s in {result.wall_s:.3g} s: {result.real_time_factor:.4g} times real time, "
         f"{result.steps} component steps"

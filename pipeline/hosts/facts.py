@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 import platform
 import struct
 from collections.abc import Mapping
-from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from components import compiled
+from components import cache
 
 Facts = Mapping[str, str]
 MUST_AGREE = ("towline", "sources", "numba", "llvmlite", "numpy")
@@ -21,12 +21,12 @@ _ARGUMENTS = tuple(0.1 + 0.737 * i for i in range(64))  # spread over some perio
 _FUNCTIONS = ("sin", "cos", "tan", "exp", "expm1", "log", "log1p", "sinh", "cosh", "tanh", "asinh", "atan", "cbrt")
 
 
-@cache
+@functools.cache
 def own() -> Facts:
     """Of this process."""
     packages = {name: _version(name) for name in ("towline", "numba", "llvmlite", "numpy")}
     here = {"python": platform.python_version(), "machine": platform.machine(), "node": platform.node()}
-    return {**packages, "sources": compiled.source_hash()[:16], LIBM: libm_probe(), **here}
+    return {**packages, "sources": cache.source_hash()[:16], LIBM: libm_probe(), **here}
 
 
 def _version(package: str) -> str:

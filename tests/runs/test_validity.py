@@ -180,7 +180,9 @@ def test_unsorted_and_repeated_times_are_mended_and_told(capsys, log, markers, t
         ("time [min],x1,y1,z1", "column 'time [min]': unit 'min' is not known; use one of s, ms"),
         ("time,x1 [ft],y1,z1", "column 'x1 [ft]': unit 'ft' is not known; use one of m, cm, mm"),
         ("time,x1,y1,z1,x_1", "column 'x_1' is a second x of marker 1"),
-        ("time,marker,x,y,z", "no columns of markers"),
+        ("time,force,x,y,z", "no columns of markers"),
+        ("time,x1 [mm],y1,z1", "lengths in different units: 'x1 [mm]' in mm, 'y1' without a unit; give all columns"),
+        ("time,x1,y1,z1,x1", "2 columns are called 'x1'; rename or remove one"),
     ],
 )
 def test_tables_are_refused_by_name(capsys, tmp_path, header, message):
@@ -239,6 +241,12 @@ def test_other_files_are_refused_by_name(capsys, tmp_path):
     assert "/mocap is cdr geometry_msgs/PoseArray; only protobuf and json are read" in refused(
         capsys, tmp_path / "ros.mcap", "--channel", "/mocap"
     )
+    assert "at least three points x, y, z from the first message on; it has /mocap (cdr geometry_msgs/PoseArray)" in (
+        refused(capsys, tmp_path / "ros.mcap")
+    )
+    at_once = [(0, b'{"markers": [[0, 0, 0], [1, 0, 1], [2, 0, 3]]}')] * 5
+    write_mcap(tmp_path / "at_once.mcap", "json", ("m", "jsonschema", b"{}"), at_once)
+    assert "5 messages have 1 different log times" in refused(capsys, tmp_path / "at_once.mcap")
     assert "has no channel /other; it has /mocap" in refused(capsys, tmp_path / "ros.mcap", "--channel", "/other")
     write_mcap(tmp_path / "empty.mcap", "json", ("speed", "jsonschema", b"{}"), [(0, b'{"speed": 1.0}')])
     assert "holds no list of points x, y, z" in refused(capsys, tmp_path / "empty.mcap", "--channel", "/mocap")
@@ -252,7 +260,7 @@ def test_other_files_are_refused_by_name(capsys, tmp_path):
         (("--channel", "hand"), "channel hand has no markers"),
         (("--channel", "absent"), "has no channel absent; it has wall, hand, tether, markers"),
         (("--tolerance", "5 kg"), "--tolerance: "),
-        (("--tolerance", "0%"), "--tolerance: 0 is not positive"),
+        (("--tolerance", "0%"), "--tolerance: 0% is not between 0 and 100 %"),
         (("--length", "0"), "--length: 0 is not positive"),
     ],
 )
