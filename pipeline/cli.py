@@ -24,6 +24,7 @@ COMMANDS = {
     "validity": "judge whether a catenary was a valid model of a recorded line",
     "report": "write the validity of a recorded line as an HTML page",
     "export": "write a log's channels as parquet or csv",
+    "fmu": "build an FMU from a component, or tell what one contains",
     "catenary": "static catenary between two points",
     "bench": "measure speed against error",
 }
