@@ -17,14 +17,14 @@ from pipeline.errors import TowlineError
 from pipeline.fmu.description import Experiment, description
 from pipeline.fmu.machine_code import object_code
 from pipeline.fmu.source import header, tables
-from pipeline.fmu.variables import Contents, Variable, contents, elements
+from pipeline.fmu.variables import TIME, Contents, Variable, contents, elements
 
 SOURCES = Path(__file__).parent / "native"
 SHARED = ("core.c", "values.c", "saved.c")
 OF_STANDARD = {2: ("fmi2.c",), 3: ("fmi3.c", "fmi3_refused.c")}
 COMPILERS = ("cc", "gcc", "clang")
 # No fused multiply-add, which rounds once where the native run rounds twice; no symbol left to the host.
-FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-w")
+FLAGS = ("-std=c11", "-O1", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-w")
 LINKING = ("-shared", "-Wl,-z,defs", "-Wl,-z,noexecstack", "-Wl,--build-id=none", "-s", "-lm")
 MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 COMPILING_S = 120  # far above the second or two that it takes
@@ -38,7 +38,7 @@ def build(component: Component, parameters: Parameters, seed: int, step_ns: int,
     """
     experiment = Experiment(step_ns, start_ns, has_bond(component, parameters))
     found = contents(component, parameters, seed)
-    variables = elements(found.variables) if fmi == 2 else found.variables
+    variables = elements(found.variables) if fmi == 2 else (TIME, *found.variables)
     _check_names(variables)
     identifier = re.sub(r"\W", "_", component.name, flags=re.ASCII)
     code = object_code(component)

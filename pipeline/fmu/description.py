@@ -88,7 +88,7 @@ def _units(root: ET.Element, variables: Iterable[Variable]) -> None:
 
 
 def _ports(parent: ET.Element, contents: Contents) -> None:
-    """What FMI has no words for: each port's shape and frame, and what was fixed as a table or by being left out."""
+    """What FMI has no words for: each port's frame, and in FMI 2 its shape."""
     component, parameters = contents.component, contents.parameters
     element = ET.SubElement(parent, "Ports")
     for direction, ports in (("input", component.inputs(parameters)), ("output", component.outputs(parameters))):

@@ -42,6 +42,7 @@ def _emit(entry: EntryPoints) -> bytes:
     passes.add_global_dead_code_eliminate_pass()
     options = llvm.create_pipeline_tuning_options(speed_level=0)
     passes.run(module, llvm.create_pass_builder(machine, options))
+    _rename(module)
     return machine.emit_object(module)
 
 
@@ -65,3 +66,12 @@ def _only(function: Any, name: str) -> Any:
         elif not value.is_declaration:
             value.linkage = "internal"
     return module
+
+
+def _rename(module: Any) -> None:
+    """Number what is inside: numba's names count the functions that a process happened to compile before."""
+    module.name = "kernels"
+    for kind, values in (("function", module.functions), ("constant", module.global_variables)):
+        for i, value in enumerate(values):
+            if not value.is_declaration and value.name not in (INIT, STEP):
+                value.name = f"{kind}_{i}"

@@ -48,6 +48,9 @@ class Variable:
         return prod(self.shape)
 
 
+TIME = Variable("time", "time", "s", description="simulated time")  # FMI 3 asks for it
+
+
 @dataclass(frozen=True)
 class Contents:
     """A component with parameters, as an FMU shows it: variables, and how p follows from those that can be set."""
@@ -60,11 +63,10 @@ class Contents:
 
 
 def contents(component: Component, parameters: Parameters, seed: int) -> Contents:
-    """Time, inputs, outputs, parameters that can be set, and those that are fixed; empty ports are left out."""
+    """Inputs, outputs, parameters that can be set, and those that are fixed; empty ports are left out."""
     found = formulas(component, parameters)
     has_seed = bool({"SEED_HIGH", "SEED_LOW"} & names_in(component))
     variables = [
-        Variable("time", "time", "s", description="simulated time"),
         *_ports(component.inputs(parameters), "input"),
         *_ports(component.outputs(parameters), "output"),
         *_settable(parameters, found),

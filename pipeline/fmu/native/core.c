@@ -68,7 +68,7 @@ int is_in(Instance *instance, Phase phase, const char *what) {
                                         "after termination", "after an error"};
     if (instance->state.phase == (int64_t)phase)
         return 1;
-    report(instance, ERROR, "%s is called %s; expected it %s", what, NAMES[instance->state.phase], NAMES[phase]);
+    report(instance, ERROR, "%s %s; it may be called %s only", what, NAMES[instance->state.phase], NAMES[phase]);
     return 0;
 }
 
