@@ -55,10 +55,13 @@ def information(path: Path) -> Information:
     import fmpy  # with lxml and its schemas, which take a while
 
     try:
-        told: Any = fmpy.read_model_description(str(path), validate=False)
-    except Exception as error:  # of many kinds, from the parser to missing attributes
+        return _information(fmpy.read_model_description(str(path), validate=False), names)
+    except Exception as error:  # of many kinds, from the parser's to those of values that are no numbers
         text = (str(error).splitlines() or [type(error).__name__])[0]
         raise TowlineError(f"{path}: its {DOCUMENT} cannot be read: {text}") from error
+
+
+def _information(told: Any, names: list[str]) -> Information:
     interfaces = {title: getattr(told, name) for name, title in INTERFACES.items() if getattr(told, name, None)}
     experiment = told.defaultExperiment
     return Information(
@@ -67,7 +70,7 @@ def information(path: Path) -> Information:
         tool=told.generationTool or "",
         description=told.description or "",
         interfaces=tuple(interfaces),
-        platforms=tuple(sorted({name.split("/")[1] for name in names if name.count("/") > 1 and "binaries/" in name})),
+        platforms=tuple(sorted({name.split("/")[1] for name in names if re.match(r"binaries/[^/]+/", name)})),
         step_s=float(experiment.stepSize) if experiment is not None and experiment.stepSize else None,
         variables=tuple(_entries(told.modelVariables)),
         capabilities={title: _capabilities(one) for title, one in interfaces.items()},

@@ -7,9 +7,11 @@ from itertools import product
 from math import prod
 from typing import Any, Literal
 
+import numpy as np
+
 from components.contract import SEED_HIGH, SEED_LOW, Component, Parameters, Port
 from pipeline.fmu.formulas import Formulas, formulas
-from pipeline.fmu.limits import Bounds, quantities
+from pipeline.fmu.limits import Bounds
 from pipeline.fmu.traced import Leaf
 from pipeline.kernels import names_in
 from pipeline.parameters import unit_of
@@ -18,6 +20,7 @@ Role = Literal["time", "input", "output", "parameter", "constant"]
 Type = Literal["real", "integer", "boolean", "text"]
 PARAMETERS = "parameters"  # the bundle that parameters are in: one may be called as a port is
 SEED = f"{PARAMETERS}.seed"
+LARGEST = 1000  # numbers of a constant that is shown: above, it is a table and no parameter to read
 HALF = 2.0**32  # the seed is given by two halves
 WHOLE = Bounds(0.0, HALF - 1.0)
 
@@ -132,22 +135,31 @@ def _seed(seed: int, first: int) -> list[Variable]:
 
 
 def _fixed(parameters: Parameters, found: Formulas) -> list[Variable]:
-    """What was decided when the FMU was built: numbers, flat tuples of floats, switches and names, but no tables."""
+    """What was decided when the FMU was built: quantities, counts, switches and names, but no large tables."""
     settable = {number.name for number in found.settable}
-    flat = {number.name for number in quantities(parameters)}
     counts = {"real": 0, "integer": 0, "boolean": 0, "text": 0}
     variables: list[Variable] = []
     for name in type(parameters).model_fields:
         value = getattr(parameters, name)
-        kind: Type | None = "real" if name in flat else _type_of(value)
-        if name in settable or kind is None or value == ():
+        array = _numbers(value) if unit_of(type(parameters), name) is not None else None
+        kind: Type | None = "real" if array is not None else _type_of(value)
+        if name in settable or kind is None:
             continue
-        start = value if isinstance(value, tuple) else (value,)
-        shape = (len(value),) if isinstance(value, tuple) else ()
+        start = (value,) if array is None else tuple(array.ravel().tolist())
+        shape = () if array is None else array.shape
         own = {"start": start, "first": counts[kind], "type": kind}
         variables.append(Variable(f"{PARAMETERS}.{name}", "constant", shape=shape, **_about(parameters, name), **own))
         counts[kind] += len(start)
     return variables
+
+
+def _numbers(value: Any) -> np.ndarray | None:
+    """A quantity's numbers if they are an array that is worth showing."""
+    try:
+        array = np.array(value, np.float64)
+    except (TypeError, ValueError):  # of ragged tables and of other models
+        return None
+    return array if 0 < array.size <= LARGEST and np.isfinite(array).all() else None
 
 
 def _type_of(value: Any) -> Type | None:

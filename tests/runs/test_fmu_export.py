@@ -276,6 +276,12 @@ def test_errors_are_one_line(capsys, tmp_path, monkeypatch):
     assert "cannot be written" in told_error(capsys, *fixed, "-o", "no/such/folder.fmu")
     (tmp_path / "bad.fmu").write_bytes(b"PK\x05\x06" + bytes(18))
     assert "it has no modelDescription.xml" in told_error(capsys, "info", "bad.fmu")
+    with zipfile.ZipFile("broken.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", "<fmiModelDescription fmiVersion='2.0'")
+    assert "its modelDescription.xml cannot be read" in told_error(capsys, "info", "broken.fmu")
+    with zipfile.ZipFile("bomb.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", bytes(300_000_000))
+    assert "claims 300 MB" in told_error(capsys, "info", "bomb.fmu")
     monkeypatch.setenv("PATH", os.fspath(tmp_path))
     assert "no C compiler found (cc, gcc, clang)" in told_error(capsys, *fixed)
 

@@ -73,7 +73,9 @@ class Instance:
         assert self("ExitInitializationMode") == OK
 
     def setup(self, start: float = 0.0, stop: float | None = None) -> int:
-        return self("SetupExperiment", 0, c.c_double(0), c.c_double(start), int(stop is not None), c.c_double(stop or 0))
+        return self(
+            "SetupExperiment", 0, c.c_double(0), c.c_double(start), int(stop is not None), c.c_double(stop or 0)
+        )
 
     def step(self, t: float, h: float) -> int:
         return self("DoStep", c.c_double(t), c.c_double(h), 1)
@@ -185,7 +187,9 @@ def test_program_without_python_has_the_same_bits(tether, tmp_path):
     source = Path(__file__).with_name("fmu_program.c")
     cc = shutil.which("cc")
     subprocess.run([cc, "-O1", source, "-o", program, "-ldl"], check=True, timeout=60)
-    inputs = [word for pair in zip(tether.inputs, hand(7), strict=True) for word in (str(pair[0]), repr(float(pair[1])))]
+    inputs = [
+        word for pair in zip(tether.inputs, hand(7), strict=True) for word in (str(pair[0]), repr(float(pair[1])))
+    ]
     words = [tether.file, tether.about.guid, str(len(tether.outputs)), str(tether.outputs[0]), "25", repr(H), *inputs]
     done = subprocess.run([program, *words], env={}, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0
