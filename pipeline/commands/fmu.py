@@ -9,9 +9,7 @@ from rich.table import Table
 
 from pipeline.commands.output import console, print_json
 from pipeline.errors import TowlineError
-from pipeline.fmu.build import build
 from pipeline.fmu.information import Information, information
-from pipeline.fmu.instance import instance
 from pipeline.quantities import nanoseconds
 
 SHOWN = 60  # variables of one role that a person is shown; --json gives all
@@ -47,6 +45,9 @@ def command(arguments: argparse.Namespace) -> int:
 
 
 def _build(arguments: argparse.Namespace) -> int:
+    from pipeline.fmu.build import build  # with numba, which telling does without
+    from pipeline.fmu.instance import instance
+
     chosen = instance(arguments.model, arguments.param)
     step_ns = chosen.step_ns if arguments.step is None else _step(arguments.step)
     seed = chosen.seed if arguments.seed is None else arguments.seed

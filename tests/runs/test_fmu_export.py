@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import re
@@ -16,27 +17,30 @@ import fmpy
 import numpy as np
 import pytest
 from elftools.elf.elffile import ELFFile
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
-from components.contract import SEED_HIGH
+from components.compiled import bind
+from components.contract import N_U, N_Y, SEED_HIGH
 from pipeline import catalogue
 from pipeline.cli import main
 from pipeline.conductor import Conductor
 from pipeline.fmu import build as building
+from pipeline.fmu.instance import instance
 from pipeline.graph import Graph
 from pipeline.quantities import si_value
 from pipeline.scenario import load_scenario
 from pipeline.wiring import build_graph
 
 ROOT = Path(__file__).parents[2]
+C_FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 5)
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
-# Parameters of the models that no scenario has: for each component a scenario or a line here is needed.
-ALONE = {
-    "tether.catenary": ["length=3 m", "weight=0.9 N/m"],
-    "tether.quasistatic": ["length=3 m", "weight=0.9 N/m"],
-}
+
+
+# What a model that no scenario has asks for beside its parameters without a default.
+ALSO = {"tether.catenary": ["weight=0.9 N/m"]}
 
 
 def distinct() -> list[str]:
@@ -55,7 +59,25 @@ def specimen(model: str) -> tuple[str, list[str]]:
         for node in build_graph(load_scenario(path)).nodes:
             if node.model == model:
                 return f"{path.name}#{node.name}", []
-    return model, ALONE[model]
+    schema = catalogue.find(model, ROOT)[1].parameters.model_json_schema()
+    lacking = schema.get("required", [])
+    written = [f"{name}={json.dumps(any_value(schema['properties'][name]))}" for name in lacking]
+    return model, written + ALSO.get(model, [])
+
+
+def any_value(schema: dict) -> object:
+    """Some value that a JSON schema allows, for a parameter without a default."""
+    match schema.get("type"):
+        case "number":
+            return 1.0 + schema.get("exclusiveMinimum", schema.get("minimum", 0.0))
+        case "integer":
+            return 3 + schema.get("minimum", 0)
+        case "array":
+            items = schema.get("prefixItems") or [schema["items"]] * max(2, schema.get("minItems", 0))
+            return [any_value(item) for item in items]
+        case "boolean":
+            return False
+    return schema["enum"][0]
 
 
 def compiled_models() -> list[str]:
@@ -181,6 +203,31 @@ def test_run_in_fmpy_has_the_native_bits(text, fmi, fmu_of, native):
     found = np.array([slave.start(u[0]), *(slave.step(row) for row in u[1:])])
     slave.close()
     assert found.tobytes() == y.tobytes()
+
+
+def alone() -> list[str]:
+    return [model for model in compiled_models() if "#" not in specimen(model)[0]]
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("model", alone())
+def test_model_of_no_scenario_has_the_native_bits(model, fmi, fmu_of):
+    """Against the C entry points that the native loop calls, over inputs that vary; a status there is an error here."""
+    text, overrides = specimen(model)
+    of = instance(text, overrides)
+    entry, sizes = bind(of.component), of.component.sizes(of.parameters)
+    p = of.component.pack(of.parameters, of.seed)
+    u, x, y, w = (np.zeros(int(n)) for n in (p[N_U], sizes.state, p[N_Y], sizes.workspace))
+    slave = Slave(fmu_of(text, fmi, *overrides), of.step_ns / 1e9)
+    for k in range(50):
+        u[:] = 0.3 * np.sin(np.arange(len(u)) + 0.1 * k)
+        address = entry.step if k else entry.init
+        status = C_FUNCTION(address)(k * of.step_ns, of.step_ns, *(v.ctypes.data for v in (p, u, x, y, w)))
+        if status != 0:
+            with pytest.raises(FMICallException):
+                (slave.step if k else slave.start)(u)
+            break
+        assert (slave.step if k else slave.start)(u).tobytes() == y.tobytes()
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
