@@ -341,3 +341,41 @@ def test_python_component_is_refused(capsys, tmp_path, monkeypatch):
         "COMPONENT = Component('own', Parameters, step, step, lambda _: (Port('v', '1'),), compiled=False)\n"
     )
     assert "own is a Python callable" in told_error(capsys, "build", "./own.py")
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_state_is_taken_on_by_fmpy(fmi, fmu_of, native):
+    """Serialized, and given to another instance: the bits of the run it was taken from."""
+    u, y = native["pool_chain.yaml"][1]["tether"]
+    one, other = (Slave(fmu_of("pool_chain.yaml#tether", fmi), 0.02) for _ in range(2))
+    one.start(u[0])
+    for row in u[1:40]:
+        one.step(row)
+    if fmi == 2:
+        data = one.fmu.serializeFMUstate(one.fmu.getFMUstate())
+        other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
+    else:
+        data = one.fmu.serializeFMUState(one.fmu.getFMUState())
+        other.fmu.setFMUState(other.fmu.deserializeFMUState(data))
+    other.k = one.k
+    assert np.array([other.step(row) for row in u[40:]]).tobytes() == y[40:].tobytes()
+
+
+def test_constants_and_wrong_calls_of_fmi_3(fmu_of):
+    slave = Slave(fmu_of("pool_chain.yaml#tether", 3), 0.02)
+    fmu, at = slave.fmu, slave.references
+    assert list(fmu.getInt64([at["parameters.segments"]])) == [50]
+    assert list(fmu.getBoolean([at["parameters.tension_only"]])) == [True]
+    assert list(fmu.getString([at["parameters.end_a"]])) == ["driven"]
+    assert fmu.getFloat64([at["time"]]) == [0.0]
+    for wrong in (
+        lambda: fmu.getFloat64([at["nodes"]], 3),
+        lambda: fmu.setFloat64([at["parameters.length"]], [0.0]),
+        lambda: fmu.setInt64([at["parameters.segments"]], [10]),
+        lambda: fmu.getInt32([at["parameters.segments"]]),
+        lambda: fmu.doStep(0.0, 0.02),
+        fmu.enterEventMode,
+    ):
+        with pytest.raises(FMICallException, match="status 3"):
+            wrong()
+    slave.fmu.freeInstance()
