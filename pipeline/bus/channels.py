@@ -1,0 +1,56 @@
+"""Channels on the bus for whoever subscribes: the bytes of the log, when they are of, and the schemas by query."""
+
+from __future__ import annotations
+
+import struct
+
+import zenoh
+
+from pipeline.log.schema import Schema
+
+CHANNELS, SCHEMAS = "towline/channel", "towline/schema"  # keys, with a channel's topic below
+PROTOBUF = zenoh.Encoding.APPLICATION_PROTOBUF
+_TIME = struct.Struct("<q")
+
+
+def simulated_ns(attachment: bytes) -> int:
+    """The time of a message, as it is attached to it."""
+    return _TIME.unpack(attachment)[0]
+
+
+class Channels:
+    """Publishes channels in a session, by CongestionControl.BLOCK: a subscriber that keeps up misses nothing.
+
+    One that takes nothing for five seconds is disconnected by zenoh, and holds the sender up for as long.
+    """
+
+    def __init__(self, session: zenoh.Session):
+        self._session = session
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self._schemas: dict[str, Schema] = {}
+        self._queryable = session.declare_queryable(f"{SCHEMAS}/**", self._answer)
+
+    def declare(self, topic: str, schema: Schema) -> None:
+        """Make a channel known."""
+        self._schemas[f"{SCHEMAS}/{topic}"] = schema
+        self._publishers[topic] = self._session.declare_publisher(
+            f"{CHANNELS}/{topic}",
+            encoding=PROTOBUF.with_schema(schema.message),
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            express=True,
+        )
+
+    def is_wanted(self, topic: str) -> bool:
+        """Whether anybody subscribes to a channel."""
+        return self._publishers[topic].matching_status.matching  # type: ignore - the stub says bool
+
+    def put(self, topic: str, t_ns: int, payload: bytes) -> None:
+        """Publish a message of simulated time t_ns."""
+        self._publishers[topic].put(payload, attachment=_TIME.pack(t_ns))
+
+    def _answer(self, query: zenoh.Query) -> None:
+        with query:
+            for key, schema in self._schemas.items():
+                if query.key_expr.intersects(zenoh.KeyExpr(key)):
+                    encoding = PROTOBUF.with_schema("google.protobuf.FileDescriptorSet")
+                    query.reply(key, schema.descriptors, encoding=encoding, attachment=schema.message)
