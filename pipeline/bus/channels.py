@@ -8,7 +8,7 @@ import zenoh
 
 from pipeline.log.schema import Schema
 
-CHANNELS, SCHEMAS = "towline/channel", "towline/schema"  # keys, with a channel's topic below
+CHANNELS, SCHEMAS = "towline/channel", "towline/schema"  # keys; a topic below, without the slash it may begin with
 PROTOBUF = zenoh.Encoding.APPLICATION_PROTOBUF
 _TIME = struct.Struct("<q")
 
@@ -16,6 +16,10 @@ _TIME = struct.Struct("<q")
 def simulated_ns(attachment: bytes) -> int:
     """The time of a message, as it is attached to it."""
     return _TIME.unpack(attachment)[0]
+
+
+def _key(above: str, topic: str) -> str:
+    return f"{above}/{topic.lstrip('/')}"
 
 
 class Channels:
@@ -32,9 +36,9 @@ class Channels:
 
     def declare(self, topic: str, schema: Schema) -> None:
         """Make a channel known."""
-        self._schemas[f"{SCHEMAS}/{topic}"] = schema
+        self._schemas[_key(SCHEMAS, topic)] = schema
         self._publishers[topic] = self._session.declare_publisher(
-            f"{CHANNELS}/{topic}",
+            _key(CHANNELS, topic),
             encoding=PROTOBUF.with_schema(schema.message),
             congestion_control=zenoh.CongestionControl.BLOCK,
             express=True,

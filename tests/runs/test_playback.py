@@ -61,7 +61,7 @@ def endpoint() -> str:
 def by_mcap(path: Path) -> list[tuple[str, int, bytes]]:
     with path.open("rb") as file:
         reader = make_reader(file)
-        return [(c.topic, m.log_time, m.data) for _, c, m in reader.iter_messages(log_time_order=False)]
+        return [(c.topic.lstrip("/"), m.log_time, m.data) for _, c, m in reader.iter_messages(log_time_order=False)]
 
 
 @dataclass
@@ -100,7 +100,8 @@ def until(is_true) -> None:
 
 
 def test_log_gives_its_messages_in_order(log):
-    assert list(open_log(log).messages()) == by_mcap(log)
+    found = [(topic.lstrip("/"), t_ns, data) for topic, t_ns, data in open_log(log).messages()]
+    assert found == by_mcap(log)
 
 
 def test_whole_log_on_the_bus(log, endpoint, capsys):
@@ -112,8 +113,7 @@ def test_whole_log_on_the_bus(log, endpoint, capsys):
         until(lambda: len(subscriber.messages) == len(expected))
     for topic in {topic for topic, _, _ in expected}:  # zenoh keeps the order of each key
         assert [m for m in subscriber.messages if m[0] == topic] == [m for m in expected if m[0] == topic]
-    # Sent never before its time, and received after: so at 1 s the last one, up to the way of the first one, which a
-    # busy machine can delay at will; too late is not bounded for the same reason, the median is by a tenth of the whole.
+    # A busy machine can delay any single message at will; the median of all is bounded, by a tenth of the whole.
     due_s = np.array([t_ns for _, t_ns, _ in subscriber.messages]) / 1e9 / 2
     late_s = np.array(subscriber.wall_s) - subscriber.wall_s[0] - due_s
     assert abs(float(np.median(late_s))) < 0.1
@@ -141,7 +141,7 @@ def test_messages_are_never_put_before_their_time(log, monkeypatch):
     player.play(1_000_000_000)
     late_s = np.array([wall_s - 10 * t_ns / 1e9 for wall_s, t_ns in put])
     most_at_once = max(np.unique([t_ns for _, t_ns in put], return_counts=True)[1])
-    assert -1e-9 < late_s.min()  # rounding of seconds
+    assert late_s.min() > -1e-9  # rounding of seconds
     assert late_s.max() < 0.001 * most_at_once
     assert player.played.worst_late_s == pytest.approx(late_s.max(), abs=1e-9)
     assert max(t_ns for _, t_ns in put) == 1_000_000_000
@@ -166,7 +166,7 @@ def test_schemas_by_query(log, endpoint):
     finally:
         child.kill()
     assert (child.returncode, err.splitlines()[-1]) == (130, "towline: interrupted")
-    assert replies == {topic: (one.message, one.descriptors) for topic, one in expected.schemas().items()}
+    assert replies == {topic.lstrip("/"): (one.message, one.descriptors) for topic, one in expected.schemas().items()}
     name, data = replies["ball"]
     assert subscriber.encodings["ball"] == f"application/protobuf;{name}"
     pool = DescriptorPool()
