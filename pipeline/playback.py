@@ -27,7 +27,7 @@ class Player:
         self._log, self._audience, self._rate = log, audience, rate
         self._topics = log.schemas()
         for topic, schema in self._topics.items():
-            audience.declare(topic, schema)
+            audience.declare(topic, schema.message, schema.descriptors)
 
     def wait(self) -> None:
         """Until somebody wants any of it."""

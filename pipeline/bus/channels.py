@@ -6,8 +6,6 @@ import struct
 
 import zenoh
 
-from pipeline.log.schema import Schema
-
 CHANNELS, SCHEMAS = "towline/channel", "towline/schema"  # keys; a topic below, without the slash it may begin with
 PROTOBUF = zenoh.Encoding.APPLICATION_PROTOBUF
 _TIME = struct.Struct("<q")
@@ -31,15 +29,15 @@ class Channels:
     def __init__(self, session: zenoh.Session):
         self._session = session
         self._publishers: dict[str, zenoh.Publisher] = {}
-        self._schemas: dict[str, Schema] = {}
+        self._schemas: dict[str, tuple[str, bytes]] = {}
         self._queryable = session.declare_queryable(f"{SCHEMAS}/**", self._answer)
 
-    def declare(self, topic: str, schema: Schema) -> None:
-        """Make a channel known."""
-        self._schemas[_key(SCHEMAS, topic)] = schema
+    def declare(self, topic: str, message: str, descriptors: bytes) -> None:
+        """Make a channel known. message: its full protobuf name; descriptors: a FileDescriptorSet that has it."""
+        self._schemas[_key(SCHEMAS, topic)] = message, descriptors
         self._publishers[topic] = self._session.declare_publisher(
             _key(CHANNELS, topic),
-            encoding=PROTOBUF.with_schema(schema.message),
+            encoding=PROTOBUF.with_schema(message),
             congestion_control=zenoh.CongestionControl.BLOCK,
             express=True,
         )
@@ -54,7 +52,7 @@ class Channels:
 
     def _answer(self, query: zenoh.Query) -> None:
         with query:
-            for key, schema in self._schemas.items():
+            for key, (message, descriptors) in self._schemas.items():
                 if query.key_expr.intersects(zenoh.KeyExpr(key)):
                     encoding = PROTOBUF.with_schema("google.protobuf.FileDescriptorSet")
-                    query.reply(key, schema.descriptors, encoding=encoding, attachment=schema.message)
+                    query.reply(key, descriptors, encoding=encoding, attachment=message)

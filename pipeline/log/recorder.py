@@ -86,8 +86,8 @@ class _Stream:
 class Audience(Protocol):
     """Takes messages as they are recorded."""
 
-    def declare(self, topic: str, schema: Schema) -> None:
-        """Make a channel known."""
+    def declare(self, topic: str, message: str, descriptors: bytes) -> None:
+        """Make a channel known. message: its full protobuf name; descriptors: a FileDescriptorSet that has it."""
 
     def is_wanted(self, topic: str) -> bool:
         """Whether its messages are to be put."""
@@ -211,7 +211,7 @@ class Recorder:
     def publish(self, audience: Audience) -> None:
         """Show whoever wants it all that is recorded from here on."""
         for topic, schema in self._described.values():
-            audience.declare(topic, schema)
+            audience.declare(topic, schema.message, schema.descriptors)
         self._audience = audience
 
     def rows(self, channel: int, rows: np.ndarray) -> None:

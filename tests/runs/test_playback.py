@@ -125,7 +125,7 @@ def test_messages_are_never_put_before_their_time(log, monkeypatch):
     now, put = [100.0], []
 
     class Audience:
-        def declare(self, topic, schema) -> None:
+        def declare(self, topic, message, descriptors) -> None:
             pass
 
         def is_wanted(self, topic) -> bool:
