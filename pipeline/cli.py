@@ -19,7 +19,7 @@ COMMANDS = {
     "check": "check a scenario without running it",
     "run": "run a scenario into a log",
     "resume": "go on with a run that was killed, from its log",
-    "replay": "run one component again from a log's inputs",
+    "replay": "run one component again from a log's inputs, or play the log onto the bus",
     "diff": "compare two logs",
     "validity": "judge whether a catenary was a valid model of a recorded line",
     "report": "write the validity of a recorded line as an HTML page",
