@@ -47,7 +47,7 @@ def _follow(
     least: float,
     reach: np.ndarray,
 ) -> np.ndarray:
-    """As tracked_labels, in the markers' own names. gate: (k,) how near a motion leads [m]. least: jump of labels [m]."""
+    """As tracked_labels, in the markers' own names. gate: (k,) how near a motion leads [m]. least: a jump [m]."""
     labels = np.tile(np.arange(valid.shape[1]), (len(t_ns), 1))
     longest = UNSEEN * float(np.median(np.diff(t_ns)))
     is_suspicious = np.zeros(len(t_ns), bool)

@@ -3,8 +3,9 @@
 The second difference of a marker's positions in time is its acceleration and its noise. A sample is judged by its own,
 studentised: against the record's median (the noise), the median of its neighbours in the same frame (a snap that runs
 through the line) and the largest of its last samples (a swing); and against the most violent motion of the whole line
-in the record, so that at a rate which does not resolve the motion no motion is taken for a jump. One that stands out is left out, with those that follow
-it, where the marker jumps back to where its earlier motion leads; so are the few between a jump and a time unseen.
+in the record, so that at a rate which does not resolve the motion no motion is taken for a jump. One that stands out
+is left out, with those that follow it, where the marker jumps back to where its earlier motion leads; so are the few
+between a jump and a time unseen.
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from pipeline.analysis.bias import by_drop_out, by_noise
+from pipeline.analysis.grid import grid
 from pipeline.analysis.indicators import REASONS, Status, fit_frames
 from pipeline.analysis.markers import marker_frames
 from pipeline.analysis.statistics import FLOORS, fails, reliable, statistics
@@ -88,17 +89,30 @@ def test_a_straight_line_gives_no_number(name, markers, line_of):
         assert np.isnan(fits.alpha).all()
         table = statistics(fits)
         assert table.alpha_deg is table.e_plane_mm is table.e_catenary_mm is None
-        assert table.missing.startswith(f"no statistics: only 0 of {FRAMES} frames with 7 markers or more are ident")
+        # A marker 60 sigma off, as heavy tails have it once in a record, is left out.
+        assert table.frames_enough >= FRAMES - 1
+        assert table.missing.startswith(f"no statistics: only 0 of {table.frames_enough} frames with 7 markers or more")
 
 
 @pytest.mark.parametrize("noise", [0.0, 3e-4])
-@pytest.mark.parametrize("spacing", [1e-2, 1e-3, 5e-4, 1e-4])
+@pytest.mark.parametrize("spacing", [1e-2, 1e-3, 0.0254 / 16, 5e-4, 1e-4])
 @pytest.mark.parametrize("line_of", [turning, still, vertical])
 def test_rounding_to_a_grid_marks_out_no_plane(line_of, spacing, noise):
     shapes = line_of()
     shapes = shapes + noise * np.random.default_rng(2).standard_normal(shapes.shape)
     fits = fits_of(np.rint(shapes / spacing) * spacing)
     assert not fits.fitted.any(), fits.reasons()
+
+
+def test_any_grid_is_found():
+    """Sixteenths of an inch, of an axis that begins anywhere, the same in float32; no grid where nothing was rounded."""
+    sixteenth, random = 0.0254 / 16, np.random.default_rng(12)
+    for spacing in (sixteenth, 1e-3, 5e-4, 2.5e-7):
+        x = spacing * random.integers(-2000, 2000, (50, 4, 3)) + [0.3, 1e-7, 12.0]
+        assert grid(marker_frames(T_NS[:50], x)) == pytest.approx(spacing, rel=1e-9)
+    assert grid(marker_frames(T_NS[:50], random.standard_normal((50, 4, 3)))) == 0.0
+    records = np.rint(random.standard_normal((100, 1, 1, 3)) * PLACES[:4, None] / sixteenth) * sixteenth
+    assert not any(fits_of(np.repeat(one, 100, axis=0)).fitted.any() for one in records)
 
 
 def test_single_precision_marks_out_no_plane():
