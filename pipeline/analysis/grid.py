@@ -9,7 +9,7 @@ from pipeline.analysis.markers import MarkerFrames
 COARSEST = 1e-2  # m: wider grids are found as finer ones
 FINEST = 1e-9
 ON_GRID = 1e-6  # of a spacing: float64 holds multiples of the finest one up to 1e6 m so well
-NEAR = 1e-4  # of a spacing: what is left of a multiple while the spacing is known by its least values only
+NEAR = 1e-2  # of a spacing: what is left of great multiples while the spacing is known by its least one only
 SOME = 200  # values of a coordinate that tell in a moment that there is no grid
 STEPS = 60  # of Euclid's algorithm, each of which at least halves the spacing or ends it
 
@@ -47,8 +47,11 @@ def _common(apart: np.ndarray, spacing: float) -> float:
         rest = np.abs(apart - multiples * spacing)
         off = rest > NEAR * spacing
         if not off.any():
-            spacing = float((apart @ multiples) / (multiples @ multiples))  # the least values are known worst
-            return spacing if (np.abs(apart - multiples * spacing) <= ON_GRID * spacing).all() else 0.0
+            spacing = float((apart @ multiples) / (multiples @ multiples))
+            rest = np.abs(apart - multiples * spacing)
+            off = rest > ON_GRID * spacing
+        if not off.any():
+            return spacing
         spacing = float(rest[off].min())
         if spacing < FINEST:
             return 0.0

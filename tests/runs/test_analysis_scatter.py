@@ -105,7 +105,7 @@ def test_rounding_to_a_grid_marks_out_no_plane(line_of, spacing, noise):
 
 
 def test_any_grid_is_found():
-    """Sixteenths of an inch, of an axis that begins anywhere, the same in float32; no grid where nothing was rounded."""
+    """Sixteenths of an inch and others, of an axis that begins anywhere; none where nothing was rounded."""
     sixteenth, random = 0.0254 / 16, np.random.default_rng(12)
     for spacing in (sixteenth, 1e-3, 5e-4, 2.5e-7):
         x = spacing * random.integers(-2000, 2000, (50, 4, 3)) + [0.3, 1e-7, 12.0]
