@@ -31,6 +31,7 @@ OVERLAP = float((np.correlate(ALONG, ALONG, "full") ** 2).sum() / (ALONG @ ALONG
 # doubled, a twentieth of the variance is jerk's.
 SETTLED = 2.0
 NOTICED = 1e-3  # of the distance of neighbours: less noise than that hides nothing that is asked
+SOME_FRAMES = 2000  # evenly over the record, for its fourth differences
 MANY_WINDOWS = 100  # over the record, for a median that chance hardly lowers
 EVEN = 0.1  # of the usual interval: frames that far from evenly spaced have no third difference
 # A record whose median frame leaves its straight line by less than this many of its own distances from the fit shows
@@ -193,12 +194,14 @@ def _along_line(frames: MarkerFrames) -> float:
     if windows < 1:
         return np.inf
     columns = [slice(i, i + windows) for i in range(len(ALONG))]
-    seen = np.logical_and.reduce([frames.valid[:, column] for column in columns])
+    some = slice(None, None, 1 + len(frames.t_ns) // SOME_FRAMES)
+    position, valid = frames.position[some], frames.valid[some]
+    seen = np.logical_and.reduce([valid[:, column] for column in columns])
     count = seen.sum(axis=1)
     good = np.flatnonzero(count)
     if count.sum() < MANY_WINDOWS:
         return np.inf
-    difference = sum(c * frames.position[:, column] for c, column in zip(ALONG, columns, strict=True))
+    difference = sum(c * position[:, column] for c, column in zip(ALONG, columns, strict=True))
     difference = np.where(seen[:, :, None], difference, 0.0)[good]
     moments = np.einsum("kma,kmb->kab", difference, difference) / (ALONG @ ALONG * count[good])[:, None, None]
     freedom = max(1.0, float(np.median(count[good])) / OVERLAP)

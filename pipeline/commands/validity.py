@@ -36,9 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "e_C at which the catenary fails: a share of the line's length, or a length (default: %(default)s)"
     parser.add_argument("--tolerance", default=TOLERANCE, metavar="X", help=text)
     parser.add_argument("--length", metavar="M", help="of the line [m] (default: the log's, or along the markers)")
-    parser.add_argument(
-        "--noise", metavar="X", help="of a marker, along each axis (default: the log's, or as it shows)"
-    )
+    parser.add_argument("--noise", metavar="X", help="of a marker, along each axis (default: the log's, or found)")
     parser.add_argument("--up", choices=UPS, help="in a file that does not say (default: as the line hangs)")
     parser.add_argument("--time-unit", choices=UNITS_NS, help="of a table's times (default: by header, size and step)")
     parser.add_argument(

@@ -164,6 +164,25 @@ def test_a_wave_is_no_noise(line):
     assert fails(fits, 0.01).all()
 
 
+def test_noise_at_a_rate_that_does_not_resolve_the_motion(line):
+    """A chain swinging at 1.1 Hz seen at 2 Hz, 20 mm of waves: in time all is jumps. What noise is given counts; else
+    a note says that it is a bound, which fourth differences from marker to marker keep below the waves."""
+    t = 0.5 * np.arange(FRAMES)
+    phase = 2.0 * t[:, None] + np.linspace(0.0, 7.0, 12)
+    shapes = np.stack([line(1.0, alpha=0.4 * np.sin(6.9 * one)) for one in t])
+    shapes += 0.02 * np.sin(phase)[:, :, None] * np.array([0.0, 0.0, 1.0])
+    frames = marker_frames(
+        (1e9 * t).astype(int), shapes + 4e-4 * np.random.default_rng(13).standard_normal(shapes.shape)
+    )
+    found, given = fit_frames(frames), fit_frames(frames, marker_sigma=4e-4)
+    assert found.fitted.all()
+    assert 4e-4 < found.marker_sigma < 5e-3
+    assert any("cannot be told from their motion at this rate" in note for note in found.notes)
+    assert given.marker_sigma == 4e-4
+    assert given.fitted.all()
+    assert not any("--noise" in note for note in given.notes)
+
+
 def test_statistics_need_half_of_the_frames(line):
     """Curved in a share of the frames and else straight: the figures are those of the curved ones, or none."""
     random = np.random.default_rng(8)

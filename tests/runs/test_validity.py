@@ -262,6 +262,9 @@ def test_other_files_are_refused_by_name(capsys, tmp_path):
         (("--tolerance", "5 kg"), "--tolerance: "),
         (("--tolerance", "0%"), "--tolerance: 0% is not between 0 and 100 %"),
         (("--length", "0"), "--length: 0 is not positive"),
+        (("--length", "-2m"), "--length: -2m is not positive"),
+        (("--tolerance", "-1%"), "--tolerance: -1% is not between 0 and 100 %"),
+        (("--noise", "-1mm"), "--noise: -1mm is not positive"),
     ],
 )
 def test_mistakes(capsys, log, words, message):
