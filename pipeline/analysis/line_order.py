@@ -40,13 +40,19 @@ def in_line_order(frames: MarkerFrames) -> MarkerFrames:
     )
     if ratio < REFUSED:
         return replace(frames, notes=(*frames.notes, f"{text}, as if some were exchanged throughout"))
-    usual = max(set(orders), key=orders.count)
-    if 2 * orders.count(usual) > len(orders) or len(orders) == 1:
+    usual = max(orders, key=len)
+    if 2 * sum(_agree(order, usual) for order in orders) > len(orders):
         some = ", ".join(str(one + 1) for one in usual[:12]) + (", ..." if len(usual) > 12 else "")
-        remedy = f"counted from 1 as they stand in the file that is {some}: number them so"
+        remedy = f"along the line they come as the file's {some} (counted from 1): number them in that order"
     else:
         remedy = "which one changes from frame to frame: give each marker an id or a label"
     raise LogError(f"{frames.source}: {text}; {remedy}")
+
+
+def _agree(order: tuple[int, ...], whole: tuple[int, ...]) -> bool:
+    """Whether markers are in this order, or its reverse, among all: some may not be seen."""
+    expected = tuple(one for one in whole if one in order)
+    return len(expected) == len(order) and order in (expected, expected[::-1])
 
 
 def _length(x: np.ndarray) -> float:
