@@ -72,9 +72,13 @@ def assemble(line, w, c_m, c_c):
         ex, ey, ez = w[o + Q] - w[b + Q], w[o + Q + 1] - w[b + Q + 1], w[o + Q + 2] - w[b + Q + 2]
         length = sqrt(ex * ex + ey * ey + ez * ez + point)
         inverse = 1.0 / length
+        if i == line.cut:
+            inverse = 0.0  # two stubs, which are taken to lie across whatever they meet
         tx, ty, tz = ex * inverse, ey * inverse, ez * inverse
         rate = tx * (vx - ux) + ty * (vy - uy) + tz * (vz - uz)
         tension, slope = axial(length - line.l0, rate, w[b + T] > 0.0, line, c_c)
+        if i == line.cut:
+            tension, slope = 0.0, 0.0
         g = max(w[b + T], 0.0) * inverse
         s = slope - g
         kxx, kyy, kzz = g + s * tx * tx, g + s * ty * ty, g + s * tz * tz

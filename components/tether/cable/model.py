@@ -10,9 +10,10 @@ from pydantic import Field, model_validator
 
 from components.constants import GRAVITY
 from components.contract import Parameters, Port, Sizes, choice, law_ports, motion_ports, quantity
-from components.tether.cable.line import BONDED, DRIVEN, FREE, SCRATCH, STATE, Line
+from components.tether.cable.line import BONDED, DRIVEN, FREE, ON_MESH, RATE, SCALE, SCRATCH, STATE, Line
 
 End = Literal["driven", "free"]
+Winch = Literal["none", "a", "b"]
 
 
 class Cable(Parameters):
@@ -45,9 +46,16 @@ class Cable(Parameters):
         ge=0,
         le=1,
     )
-    sub_steps: Annotated[int, Field(ge=1)] = choice("steps of the line within one of its period", 1)
+    sub_steps: Annotated[int, Field(ge=0)] = choice("steps of the line within its period; 0: as `accuracy` asks", 0)
     tolerance: float = quantity("1", "imbalance of a node, relative to dry weight plus tension", 1e-6, gt=0)
     max_iterations: Annotated[int, Field(ge=1)] = choice("Newton iterations before a step is tried again in parts", 60)
+
+    # stepping, winch, break
+    accuracy: float = quantity("1", "position error that a sub-step may make, over the length", 1e-4, gt=0)
+    breaking_load: float = quantity("N", "tension at which the line breaks; 0: it never does", 0.0, tunable=True, ge=0)
+    cut: int = quantity("1", "segment to cut now, the first at end a being 1; 0: none", 0, tunable=True, ge=0)
+    winch: Winch = choice("the end at which a winch pays the line out and hauls it in", "none")
+    shortest: float = quantity("1", "length at which the winch stops hauling in, over `length`", 0.05, gt=0, le=1)
 
     @model_validator(mode="after")
     def _ends_fit(self) -> Cable:
@@ -56,12 +64,16 @@ class Cable(Parameters):
         for end, kind, bond in (("a", self.end_a, self.bond_a), ("b", self.end_b, self.bond_b)):
             if bond and kind == "free":
                 raise ValueError(f"bond_{end} ties an end to a body that end_{end} leaves free: make it driven")
-        if (self.bond_a or self.bond_b) and self.sub_steps != 1:
+        if (self.bond_a or self.bond_b) and self.sub_steps > 1:
             raise ValueError(f"sub_steps is {self.sub_steps}, but a bonded line takes 1: its law is for one step")
+        if self.cut > self.segments:
+            raise ValueError(f"cut is {self.cut}, but the line has {self.segments} segments")
+        if self.winch != "none" and getattr(self, f"end_{self.winch}") == "free":
+            raise ValueError(f"the winch is at end {self.winch}, which is free: make end_{self.winch} driven")
         return self
 
     def vector(self) -> np.ndarray:
-        """The constants of the discrete line, in the order of Line's fields: (18,) float64."""
+        """The constants of the discrete line, in the order of Line's fields."""
         l0 = self.length / self.segments
         displaced = self.fluid_density * self.volume_per_length
         pressure = 0.5 * self.fluid_density * self.drag_diameter * l0 / 2
@@ -84,8 +96,18 @@ class Cable(Parameters):
             tolerance=self.tolerance,
             max_iterations=self.max_iterations,
             dry_weight=self.mass_per_length * GRAVITY * self.length,
+            length=self.length,
+            accuracy=self.accuracy * self.length,
+            breaking_load=self.breaking_load,
+            winch={"none": 0, "a": 1, "b": -1}[self.winch],
+            least_scale=self.shortest,
+            event_cut=self.cut,
+            scale=1.0,
+            payout=0.0,
+            payout_change=0.0,
+            cut=-1,
         )
-        return np.array(line, np.float64)
+        return np.array(line[: Line._fields.index("scale")], np.float64)
 
 
 def _kind(end: End, bond: bool) -> int:
@@ -95,7 +117,10 @@ def _kind(end: End, bond: bool) -> int:
 def inputs(cable: Cable) -> tuple[Port, ...]:
     """A motion bundle for each driven end."""
     ports = motion_ports("end_a") if cable.end_a == "driven" else ()
-    return ports + (motion_ports("end_b") if cable.end_b == "driven" else ())
+    ports += motion_ports("end_b") if cable.end_b == "driven" else ()
+    if cable.winch != "none":
+        ports += (Port("payout_rate", "m/s", (), "", "unstretched length per time that the winch lets out"),)
+    return ports
 
 
 def outputs(cable: Cable) -> tuple[Port, ...]:
@@ -108,6 +133,16 @@ def outputs(cable: Cable) -> tuple[Port, ...]:
         Port("converged", "1", (), "", "1 if all balances of the step met the tolerance, else 0"),
         Port("residual", "N", (), "", "largest imbalance of a node in the step"),
         Port("iterations", "1", (), "", "Newton iterations of the step, trials for the law not counted"),
+        Port("sub_steps", "1", (), "", "steps of the line in the period"),
+        Port("error", "m", (), "", "largest estimated error that a sub-step made in a node's position"),
+        Port("broken_segment", "1", (), "", "the segment that broke or was cut, the first at end a being 1; 0: none"),
+        Port("unstretched_length", "m", (), "", "between the ends, what a winch let out or took in counted"),
+        Port("validity.range", "1", (), "", "the largest of those below; above 1 the step is not to be believed"),
+        Port("validity.balance", "1", (), "", "largest imbalance of a node over the tolerance"),
+        Port("validity.error", "1", (), "", "`error` over what `accuracy` allows"),
+        Port("validity.snap", "1", (), "", "tension of an impact that no step shows, over largest tension and weight"),
+        Port("validity.strain", "1", (), "", "largest strain over 5 %, where T = EA e ceases to hold"),
+        Port("validity.turn", "1", (), "", "largest angle between neighbouring segments over 0.5 rad"),
     )
     for end, bond in (("a", cable.bond_a), ("b", cable.bond_b)):
         if bond:
@@ -118,5 +153,7 @@ def outputs(cable: Cable) -> tuple[Port, ...]:
 
 
 def sizes(cable: Cable) -> Sizes:
-    """A record for each node in both vectors."""
-    return Sizes(state=STATE * (cable.segments + 1), workspace=SCRATCH * (cable.segments + 1))
+    """A record for each node in both vectors, a copy of the state in w, and what the steps and the winch remember."""
+    node = SCRATCH + STATE + (ON_MESH if cable.winch != "none" else 0)
+    memory = SCALE if cable.winch == "none" else RATE + 1
+    return Sizes(state=STATE * (cable.segments + 1) + memory, workspace=node * (cable.segments + 1))

@@ -1,13 +1,22 @@
-"""One step of the line between its ends' motions at two instants, with sub-steps and retries; and its trial step."""
+"""One step of the line between its ends' motions at two instants, in sub-steps; its trial step, and its start."""
+
+from math import inf
+from typing import NamedTuple
 
 from components.compiled import kernel
-from components.tether.cable import block_tridiagonal
-from components.tether.cable.balance import assemble
-from components.tether.cable.dynamics import finish, newton, predict, scheme
+from components.tether.cable import balance, block_tridiagonal, winch
+from components.tether.cable.breaking import overloaded
+from components.tether.cable.dynamics import align, finish, newton, predict, scheme
 from components.tether.cable.ends import place
+from components.tether.cable.error_control import position_error, smooth_error
 from components.tether.cable.line import (
     ACC,
     BONDED,
+    CUT,
+    LEAD,
+    LEVEL,
+    RATE,
+    SCALE,
     SCRATCH,
     STATE,
     TC,
@@ -18,13 +27,51 @@ from components.tether.cable.line import (
     first_unknown,
     last_unknown,
     load,
+    present,
+    saved,
+    store,
+    tail,
+    unpack,
 )
+from components.tether.cable.snap import impact
 from components.tether.cable.statics import equilibrium
 
-# A step whose iteration fails is repeated with the sub-steps doubled, so often at most.
-DOUBLINGS = 6
+# The shortest sub-step is the longest one halved so often.
+HALVINGS = 10
+# The error of a sub-step grows by 2^3 when it is doubled; it is doubled where it leaves twice that.
+ROOM = 1.0 / 16.0
 # Reciprocal of a time so short that a node's acceleration owes nothing to its neighbours' reaction [1/s^2].
 INSTANT = 1e30
+
+
+class Attempt(NamedTuple):
+    """How a sub-step went."""
+
+    iterations: int  # Newton's
+    residual: float  # largest imbalance [N]
+    allowed: float  # what was to be put up with [N]
+    converged: bool
+    error: float  # estimated, of a position [m]
+    snap: float  # largest tension by an impact that the sub-step does not resolve [N]
+    lead: float  # of the algorithmic accelerations over the true ones [s]
+
+
+class Account(NamedTuple):
+    """What a step leaves to report and, from `lead` on, to remember beside the nodes; of all its sub-steps."""
+
+    iterations: int  # Newton's, of all sub-steps tried
+    excess: float  # largest imbalance over what was to be put up with
+    residual: float  # largest imbalance [N]
+    converged: bool
+    error: float
+    snap: float
+    sub_steps: int
+    lead: float
+    level: int
+    cut: int  # index of the segment that is cut, -1: none
+    scale: float
+    payout: float
+    payout_change: float
 
 
 @kernel
@@ -38,31 +85,9 @@ def slack(line, w):
     """Whether a segment of a line that takes no compression hangs loose."""
     if line.tension_only:
         for i in range(line.n):
-            if w[i * SCRATCH + T] <= 0.0:
+            if w[i * SCRATCH + T] <= 0.0 and i != line.cut:
                 return True
     return False
-
-
-@kernel
-def attempt(line, x, u, w, h, parts, rho_inf):
-    """Advance from the state x over h [s] in equal parts: Newton iterations, worst imbalance [N], convergence.
-
-    The nodes are left in w. Ends at once where a balance fails, for the caller to try again. A part that begins with
-    a slack segment uses rho_inf = 0: at a larger one the impact that ends the slack rings on and slackens it again.
-    """
-    load(line.n, x, w)
-    iterations, worst = 0, 0.0
-    for part in range(1, parts + 1):
-        s = scheme(0.0 if slack(line, w) else rho_inf, h / parts)
-        predict(s, w, 0, line.n)
-        place(line, x, u, w, h, part, parts)
-        count, residual, converged = newton(line, s, w)
-        finish(s, w, line.n)
-        iterations += count
-        worst = max(worst, residual)
-        if not converged:
-            return iterations, residual, False
-    return iterations, worst, True
 
 
 @kernel
@@ -79,27 +104,131 @@ def calm(line, x, w, h):
 
 
 @kernel
-def march(line, x, u, w, h):
+def accelerate(line, w):
+    """Give the free nodes the acceleration that their own balance asks for, true and algorithmic."""
+    first, last = first_unknown(line), last_unknown(line)
+    if first > last:
+        return
+    balance.assemble(line, w, INSTANT, 0.0)
+    block_tridiagonal.solve(w, first, last)
+    for i in range(first, last + 1):
+        for c in range(3):
+            w[i * SCRATCH + ACC + c] += INSTANT * w[i * SCRATCH + R + c]
+            w[i * SCRATCH + A + c] = w[i * SCRATCH + ACC + c]
+
+
+@kernel
+def cut_at(line, w, segment):
+    """Cut the segment: its tension is gone at once, and the accelerations with it."""
+    w[segment * SCRATCH + T] = 0.0
+    accelerate(line, w)
+
+
+@kernel
+def at_fraction(p, line, x, u, h, fraction, cut):
+    """The line at a fraction of the period's h [s]: as long as the winch has it, which stands still once it is cut."""
+    if line.winch == 0:
+        return present(p, 1.0, 0.0, 0.0, cut)
+    k = tail(line)
+    if cut >= 0:
+        return present(p, x[k + SCALE], 0.0, 0.0, cut)
+    scale, payout, change = winch.wound(line, x[k + SCALE], x[k + RATE], u[len(u) - 1], h, fraction)
+    return present(p, scale, payout, change, cut)
+
+
+@kernel
+def begin(line, x, w, cut):
+    """Bring the nodes from x to w, cut where an event cuts the line now; returns the lead of their accelerations."""
+    load(line.n, x, 0, w)
+    k = tail(line)
+    if cut >= 0 and x[k + CUT] == 0.0:
+        cut_at(line, w, cut)
+        return 0.0
+    return x[k + LEAD]
+
+
+@kernel
+def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
+    """Take the nodes in w over the sub-step from at/end to to/end of the period; old[start:]: where it began."""
+    align(s, lead, w, line.n)
+    predict(s, w, 0, line.n)
+    place(line, x, u, w, h, to, end)
+    count, residual, allowed, converged = newton(line, s, w)
+    finish(s, w, line.n)
+    error = position_error(line, s, w, old, start)
+    if converged and error > accuracy:
+        error = smooth_error(line, s, w, old, start)
+        winch.assemble(line, w, s.c_m, s.c_c)
+    return Attempt(count, residual, allowed, converged, error, impact(line, s, w, old, start), s.lead)
+
+
+@kernel
+def march(p, x, u, w, h):
     """Advance the line over the step of h [s] from the state x to the end motions in u; the new nodes are in w.
 
-    Returns Newton iterations, largest imbalance of any sub-step [N], and whether all were within tolerance. A step
-    that fails is repeated in more parts with rho_inf = 0, which an impact does not excite; if all fail the whole
-    step's iterate stands. So does a bonded line's at once: its ends follow the body's scheme over the whole step.
+    Sub-steps are the period (over `sub_steps`, where the user fixes that) over powers of two, so that they end where
+    it does. One whose iteration fails or, where the line chooses them itself, whose position error exceeds the
+    accuracy, is halved; so is one in which the line breaks, down to the shortest, at whose end it is cut. After a
+    failure rho_inf = 0 to the period's end, which an impact does not excite. If the shortest fails too, one step over
+    the whole period stands as the iteration left it. So does a bonded line's at once: its ends follow the body's
+    scheme over the whole step.
     """
-    iterations, residual, converged = attempt(line, x, u, w, h, line.sub_steps, line.rho_inf)
-    if converged:
-        return iterations, residual, True
-    doublings = 0 if bonded(line) else DOUBLINGS
-    for doubling in range(1, doublings + 1):
-        more, residual, converged = attempt(line, x, u, w, h, line.sub_steps << doubling, 0.0)
-        iterations += more
-        if converged:
-            break
-    if not (converged or bonded(line)):
-        more, residual, converged = attempt(line, x, u, w, h, 1, 0.0)
-        iterations += more
-    calm(line, x, w, h)
-    return iterations, residual, converged
+    line = unpack(p)
+    k, keep = tail(line), saved(line)
+    fixed, halvings = line.sub_steps > 0 or bonded(line), 0 if bonded(line) else HALVINGS
+    accuracy = inf if fixed else line.accuracy
+    level = 0 if fixed else int(x[k + LEVEL])
+    end = max(line.sub_steps, 1) << halvings
+    cut = int(x[k + CUT]) - 1 if x[k + CUT] > 0.0 else line.event_cut - 1
+    at, rough, iterations, sub_steps, excess, residual, error, snap = 0, False, 0, 0, 0.0, 0.0, 0.0, 0.0
+    lead = begin(at_fraction(p, line, x, u, h, 0.0, cut), x, w, cut)
+    while at < end:
+        to = at + (1 << (halvings - level))
+        line = at_fraction(p, line, x, u, h, to / end, cut)
+        store(line.n, w, w, keep)
+        s = scheme(0.0 if rough or slack(line, w) else line.rho_inf, h * ((to - at) / end))
+        part = attempt(line, s, x, u, w, w, keep, h, at, to, end, accuracy, lead)
+        iterations += part.iterations
+        broken = overloaded(line, w) if cut < 0 else -1
+        if level < halvings and (not part.converged or part.error > accuracy or broken >= 0):
+            rough = rough or not part.converged
+            level += 1
+            load(line.n, w, keep, w)
+            continue
+        if not part.converged and halvings > 0:
+            load(line.n, x, 0, w)
+            to, s = end, scheme(0.0, h)
+            line = at_fraction(p, line, x, u, h, 1.0, cut)
+            part = attempt(line, s, x, u, w, x, 0, h, 0, end, end, inf, x[k + LEAD])
+        at, lead, sub_steps = to, part.lead, sub_steps + 1
+        if not part.residual <= residual:  # so that one that is not finite is kept
+            residual = part.residual
+        if not part.residual <= excess * part.allowed:
+            excess = part.residual / part.allowed
+        error, snap = max(error, part.error), max(snap, part.snap)
+        if broken >= 0:
+            cut = broken
+            line = at_fraction(p, line, x, u, h, at / end, cut)
+            cut_at(line, w, cut)
+            balance.assemble(line, w, s.c_m, s.c_c)
+        easy = fixed or part.error < ROOM * accuracy
+        if level > 0 and easy and not rough and at % (2 << (halvings - level)) == 0:
+            level -= 1
+    if rough or excess > 1.0:
+        calm(line, x, w, h)
+    return Account(
+        iterations, excess, residual, excess <= 1.0, error, snap, sub_steps, lead, level, cut, line.scale, line.payout,
+        line.payout_change,
+    )  # fmt: skip
+
+
+@kernel
+def remember(line, account, x):
+    """Write to x what the next step needs beside the nodes."""
+    k = tail(line)
+    x[k + LEAD], x[k + LEVEL], x[k + CUT] = account.lead, account.level, account.cut + 1
+    if line.winch != 0:
+        x[k + SCALE], x[k + RATE] = account.scale, account.payout
 
 
 @kernel
@@ -108,9 +237,9 @@ def try_on(line, w, h):
 
     Returns whether the trial is within tolerance.
     """
-    s = scheme(line.rho_inf, h)
+    s = scheme(0.0, h)
     predict(s, w, 0, line.n)
-    return newton(line, s, w)[2]
+    return newton(line, s, w).converged
 
 
 @kernel
@@ -128,12 +257,8 @@ def set_moving(line, w):
         moving += abs(va) + abs(vb)
         for i in range(first, last + 1):
             w[i * SCRATCH + V + c] = va + (vb - va) * i / line.n
-    if moving > 0.0 and first <= last:
-        assemble(line, w, INSTANT, 0.0)
-        block_tridiagonal.solve(w, first, last)
-        for i in range(first, last + 1):
-            for c in range(3):
-                w[i * SCRATCH + ACC + c] = INSTANT * w[i * SCRATCH + R + c]
+    if moving > 0.0:
+        accelerate(line, w)
 
 
 @kernel
@@ -147,7 +272,7 @@ def start(line, x, u, w, h):
     place(line, x, u, w, h, 1, 1)
     set_moving(line, w)
     s = scheme(line.rho_inf, h)
-    assemble(line, w, s.c_m, s.c_c)
+    balance.assemble(line, w, s.c_m, s.c_c)
     for i in range(line.n + 1):
         b = i * SCRATCH
         for c in range(3):
