@@ -136,6 +136,7 @@ COMPONENT = Component(
         "end_b": _end("b"),
     },
     cross={("end_a", "end_b"): "accepted_ab"},
+    validity="validity.range",
     assumptions=(
         "No bending or torsion, no sea bed, still fluid, small axial strain; "
         "segments short against the line's radius of curvature and the wave lengths of its motion."

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from components.compiled import kernel
 from components.tether.cable import block_tridiagonal
 from components.tether.cable.balance import allowance, imbalance
-from components.tether.cable.line import ACC, DIR, KE, SCRATCH, TC, A, Q, R, T, V, first_unknown, last_unknown
+from components.tether.cable.line import ACC, DIR, FREE, KE, SCRATCH, TC, A, Q, R, T, V, first_unknown, last_unknown
 from components.tether.cable.winch import assemble
 
 # A Newton step may turn or stretch a segment by this fraction of its length; a longer step is cut down to it.
@@ -55,18 +55,41 @@ def scheme(rho_inf, h):
 
 
 @kernel
-def align(s, lead, w, n):
-    """Shift the nodes' algorithmic acceleration from its lead [s] over the true one to that of the scheme s.
+def soften(line, s, w, first, last):
+    """Overwrite the vectors in R by what stiffness lets through of them: (c_m M + c_c C + K)^-1 c_m M R.
+
+    Axial waves shorter than the step change a node's acceleration much, its position hardly. Needs the matrix that was
+    assembled last, and uses it up. Hairer and Wanner 1996, Solving ODEs II, eq. IV.8.20, filter errors in this way.
+    """
+    for i in range(first, last + 1):
+        halves = 1.0 if (i == 0 and line.end_a == FREE) or (i == line.n and line.end_b == FREE) else 2.0
+        for c in range(i * SCRATCH + R, i * SCRATCH + R + 3):
+            w[c] *= s.c_m * halves * (line.mass + line.added_n)
+    block_tridiagonal.solve(w, first, last)
+
+
+@kernel
+def align(line, s, lead, w):
+    """Shift the free nodes' algorithmic acceleration from its lead [s] over the true one to that of the scheme s.
 
     Where the step or rho_inf changes it would else stay that of the last step, which costs an order (Bruels and
-    Arnold 2008, J. Comput. Nonlinear Dyn. 3, 041007).
+    Arnold 2008, J. Comput. Nonlinear Dyn. 3, 041007). Of stiff axial waves the difference of the two is no rate of
+    change; to stretch it would excite them, so it is softened.
     """
-    ratio = s.lead / lead if lead != 0.0 else 0.0
-    if ratio != 1.0:
-        for i in range(n + 1):
-            b = i * SCRATCH
-            for c in range(b, b + 3):
-                w[c + A] = w[c + ACC] + ratio * (w[c + A] - w[c + ACC])
+    first, last = first_unknown(line), last_unknown(line)
+    ratio = s.lead / lead if lead != 0.0 else 1.0
+    if ratio == 1.0 or first > last:
+        return
+    assemble(line, w, s.c_m, s.c_c)
+    for i in range(first, last + 1):
+        b = i * SCRATCH
+        for c in range(3):
+            w[b + R + c] = (ratio - 1.0) * (w[b + A + c] - w[b + ACC + c])
+    soften(line, s, w, first, last)
+    for i in range(first, last + 1):
+        b = i * SCRATCH
+        for c in range(3):
+            w[b + A + c] += w[b + R + c]
 
 
 @kernel

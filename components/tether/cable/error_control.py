@@ -3,8 +3,8 @@
 from math import sqrt
 
 from components.compiled import kernel
-from components.tether.cable import block_tridiagonal
-from components.tether.cable.line import ACC, FREE, SCRATCH, STATE, R, first_unknown, last_unknown
+from components.tether.cable.dynamics import soften
+from components.tether.cable.line import ACC, SCRATCH, STATE, R, first_unknown, last_unknown
 
 
 @kernel
@@ -30,18 +30,11 @@ def position_error(line, s, w, old, start):
 
 @kernel
 def smooth_error(line, s, w, old, start):
-    """The same without what stiffness holds back: the error as a load on the nodes' inertia in the Newton matrix.
-
-    Axial waves shorter than the step change a node's acceleration much, its position hardly. Hairer and Wanner 1996,
-    Solving ODEs II, eq. IV.8.20, filter by the matrix in the same way. Needs the matrix of the balance that was
-    assembled last in w, and uses it up.
-    """
+    """The same without what stiffness holds back; uses up the matrix that was assembled last in w."""
     first, last = first_unknown(line), last_unknown(line)
     for i in range(first, last + 1):
-        halves = 1.0 if (i == 0 and line.end_a == FREE) or (i == line.n and line.end_b == FREE) else 2.0
-        scale = s.c_m * halves * (line.mass + line.added_n) * s.error
         b, o = i * SCRATCH, start + i * STATE + ACC
         for c in range(3):
-            w[b + R + c] = scale * (w[b + ACC + c] - old[o + c])
-    block_tridiagonal.solve(w, first, last)
+            w[b + R + c] = s.error * (w[b + ACC + c] - old[o + c])
+    soften(line, s, w, first, last)
     return largest(w, first, last)

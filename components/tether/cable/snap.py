@@ -10,9 +10,9 @@ from components.tether.cable.line import DIR, SCRATCH, STATE, T, V
 def impact(line, s, w, old, start):
     """Largest tension [N] of an impact in the sub-step that began with old[start:], if it does not resolve impacts.
 
-    Two halves of a bar that part at the speed v and are held together pull with sqrt(EA m) v / 2 (Timoshenko and
-    Goodier 1970, Theory of Elasticity, art. 167), until the wave sqrt(EA / m) has come through the segment: a step
-    no longer than that shows the tension.
+    A bar that moves at the speed v and is held at one end pulls with sqrt(EA m) v (Timoshenko and Goodier 1970, Theory
+    of Elasticity, art. 167), and with less where the holder yields. The wave comes through a segment in l0 / c,
+    c = sqrt(EA / m): a step no longer than that shows the tension.
     """
     mass = 2.0 * (line.mass + line.added_t)
     if not line.tension_only or s.h * s.h * line.k <= mass:
@@ -25,4 +25,4 @@ def impact(line, s, w, old, start):
             for c in range(3):
                 speed += w[b + c] * (old[o + STATE + c] - old[o + c])
             fastest = max(fastest, speed)
-    return 0.5 * sqrt(line.k * mass) * fastest
+    return sqrt(line.k * mass) * fastest

@@ -150,7 +150,7 @@ def begin(line, x, w, cut):
 @kernel
 def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
     """Take the nodes in w over the sub-step from at/end to to/end of the period; old[start:]: where it began."""
-    align(s, lead, w, line.n)
+    align(line, s, lead, w)
     predict(s, w, 0, line.n)
     place(line, x, u, w, h, to, end)
     count, residual, allowed, converged = newton(line, s, w)
