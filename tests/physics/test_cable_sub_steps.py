@@ -24,7 +24,7 @@ def sweep(t, amplitude=0.3, omega=3.0, rise=0.5):
 
 
 def run(cable_of, steps, forget=False, **parameters):
-    """Positions and tensions after steps of these lengths [s]; forget: the accelerations' lead stays the last step's."""
+    """Positions, tensions after steps of these lengths [s]; forget: their lead stays the last step's."""
     cable = cable_of(steps[0], sweep(0.0), **SOFT | parameters)
     lead, t = line.STATE * (cable.parameters.segments + 1) + line.LEAD, 0.0
     for h in steps:

@@ -42,7 +42,7 @@ class Cable(Parameters):
     rho_inf: float = quantity(
         "1",
         "spectral radius of generalised-alpha at infinite frequency; 0 is taken on a bond and where slack",
-        0.6,
+        0.5,
         ge=0,
         le=1,
     )

@@ -150,7 +150,8 @@ def begin(line, x, w, cut):
 @kernel
 def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
     """Take the nodes in w over the sub-step from at/end to to/end of the period; old[start:]: where it began."""
-    align(line, s, lead, w)
+    if not slack(line, w):
+        align(line, s, lead, w)
     predict(s, w, 0, line.n)
     place(line, x, u, w, h, to, end)
     count, residual, allowed, converged = newton(line, s, w)
