@@ -4,7 +4,7 @@ from math import sqrt
 
 from components.compiled import kernel
 from components.tether.cable.dynamics import soften
-from components.tether.cable.line import ACC, SCRATCH, STATE, R, first_unknown, last_unknown
+from components.tether.cable.line import ACC, FREE, SCRATCH, STATE, Q, R, V, first_unknown, last_unknown
 
 
 @kernel
@@ -14,6 +14,28 @@ def largest(w, first, last):
     for i in range(first, last + 1):
         b = i * SCRATCH + R
         worst = max(worst, w[b] * w[b] + w[b + 1] * w[b + 1] + w[b + 2] * w[b + 2])
+    return sqrt(worst)
+
+
+@kernel
+def end_error(line, s, w, old, start):
+    """How far [m] a held end is from where accelerations that change evenly between both instants would take it.
+
+    Of the velocity times the step, too. An end that is jerked within the step shows in no other node's acceleration.
+    """
+    worst = 0.0
+    for i in range(0, line.n + 1, line.n):
+        if (line.end_a if i == 0 else line.end_b) == FREE:
+            continue
+        away, late = 0.0, 0.0
+        for c in range(3):
+            b, o = i * SCRATCH + c, start + i * STATE + c
+            a0, a1 = old[o + ACC], w[b + ACC]
+            d = w[b + Q] - old[o + Q] - s.h * (old[o + V] + s.h * (a0 / 3.0 + a1 / 6.0))
+            e = s.h * (w[b + V] - old[o + V] - 0.5 * s.h * (a0 + a1))
+            away += d * d
+            late += e * e
+        worst = max(worst, away, late)
     return sqrt(worst)
 
 

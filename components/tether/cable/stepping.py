@@ -8,7 +8,7 @@ from components.tether.cable import balance, block_tridiagonal, winch
 from components.tether.cable.breaking import overloaded
 from components.tether.cable.dynamics import align, finish, newton, predict, scheme
 from components.tether.cable.ends import place
-from components.tether.cable.error_control import position_error, smooth_error
+from components.tether.cable.error_control import end_error, position_error, smooth_error
 from components.tether.cable.line import (
     ACC,
     BONDED,
@@ -160,6 +160,7 @@ def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
     if converged and error > accuracy:
         error = smooth_error(line, s, w, old, start)
         winch.assemble(line, w, s.c_m, s.c_c)
+    error = max(error, end_error(line, s, w, old, start))
     return Attempt(count, residual, allowed, converged, error, impact(line, s, w, old, start), s.lead)
 
 
