@@ -93,13 +93,18 @@ def align(line, s, lead, w):
 
 
 @kernel
-def predict(s, w, first, last):
-    """Move the nodes first..last over the step with their acceleration held; A becomes a1 - kappa acc1."""
-    for i in range(first, last + 1):
+def predict(s, w, n, steadily):
+    """Move the nodes over the step with an acceleration that is held, or goes on changing steadily.
+
+    The algorithmic acceleration, s.lead ahead of the true one, tells how it changes. A becomes a1 - kappa acc1.
+    """
+    ahead = s.h / s.lead if steadily and s.lead != 0.0 else 0.0
+    for i in range(n + 1):
         b = i * SCRATCH
         for c in range(b, b + 3):
             a0 = w[c + A]
             base = s.carry_a * a0 + s.carry_acc * w[c + ACC]
+            w[c + ACC] += ahead * (a0 - w[c + ACC])
             a1 = base + s.kappa * w[c + ACC]
             w[c + Q] += s.h * (w[c + V] + s.h * ((0.5 - s.beta) * a0 + s.beta * a1))
             w[c + V] += s.h * ((1.0 - s.gamma) * a0 + s.gamma * a1)

@@ -150,9 +150,10 @@ def begin(line, x, w, cut):
 @kernel
 def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
     """Take the nodes in w over the sub-step from at/end to to/end of the period; old[start:]: where it began."""
-    if not slack(line, w):
+    taut = not slack(line, w)
+    if taut:
         align(line, s, lead, w)
-    predict(s, w, 0, line.n)
+    predict(s, w, line.n, taut)
     place(line, x, u, w, h, to, end)
     count, residual, allowed, converged = newton(line, s, w)
     finish(s, w, line.n)
@@ -240,7 +241,7 @@ def try_on(line, w, h):
     Returns whether the trial is within tolerance.
     """
     s = scheme(0.0, h)
-    predict(s, w, 0, line.n)
+    predict(s, w, line.n, False)
     return newton(line, s, w).converged
 
 
