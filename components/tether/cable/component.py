@@ -4,7 +4,7 @@ from math import isfinite
 
 from components.compiled import kernel
 from components.contract import Component, LineEnd
-from components.tether.cable import model
+from components.tether.cable import model, seabed
 from components.tether.cable.balance import assemble
 from components.tether.cable.dynamics import scheme
 from components.tether.cable.ends import give_cross, give_force, give_law
@@ -64,12 +64,14 @@ def respond(line, w, h, y, k):
 
 def init(t_ns, dt_ns, p, u, x, y, w):
     """Hang the line in its static equilibrium between the ends' positions, moving as they do."""
-    line = unpack(p)
+    line = unpack(p, t_ns * 1e-9)
     h = dt_ns * 1e-9
     residual, settled = start(line, x, u, w, h)
     if not settled:
         return NO_EQUILIBRIUM
     store(line.n, w, x)
+    if line.anchors:
+        seabed.keep(line, w, x)
     k = observe(line, w, y, 1.0, residual, 0.0)
     if bonded(line):
         respond(line, w, h, y, k)
@@ -78,12 +80,14 @@ def init(t_ns, dt_ns, p, u, x, y, w):
 
 def step(t_ns, dt_ns, p, u, x, y, w):
     """Advance the line to the ends' new motions; on a bond, then try the next step for the law."""
-    line = unpack(p)
+    line = unpack(p, t_ns * 1e-9)
     h = dt_ns * 1e-9
     iterations, residual, converged = march(line, x, u, w, h)
     if not isfinite(residual):
         return NOT_FINITE
     store(line.n, w, x)
+    if line.anchors:
+        seabed.keep(line, w, x)
     k = observe(line, w, y, 1.0 if converged else 0.0, residual, float(iterations))
     if bonded(line):
         respond(line, w, h, y, k)
@@ -97,7 +101,7 @@ def _end(name: str) -> LineEnd:
         law=f"law_{name}",
         accepted=f"accepted_{name}",
         switch=f"bond_{name}",
-        stiffness=lambda cable: cable.axial_stiffness / cable.length,
+        stiffness=model.axial_spring,
     )
 
 

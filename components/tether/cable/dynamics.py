@@ -4,7 +4,7 @@ from math import isfinite
 from typing import NamedTuple
 
 from components.compiled import kernel
-from components.tether.cable import block_tridiagonal
+from components.tether.cable import linear, seabed
 from components.tether.cable.balance import allowance, assemble, imbalance
 from components.tether.cable.line import ACC, DIR, KE, SCRATCH, TC, A, Q, R, T, V, first_unknown, last_unknown
 
@@ -61,14 +61,16 @@ def predict(s, w, first, last):
 
 
 @kernel
-def finish(s, w, n):
-    """Complete the algorithmic acceleration of all nodes and keep the tension of the accepted motion."""
-    for i in range(n + 1):
+def finish(line, s, w):
+    """Complete the algorithmic acceleration of all nodes and keep the tension and anchors of the accepted motion."""
+    for i in range(line.n + 1):
         b = i * SCRATCH
         for c in range(b, b + 3):
             w[c + A] += s.kappa * w[c + ACC]
-    for i in range(n):
+    for i in range(line.n):
         w[i * SCRATCH + T] = w[i * SCRATCH + TC]
+    if line.anchors:
+        seabed.drag_anchors(line, w)
 
 
 @kernel
@@ -130,6 +132,6 @@ def newton(line, s, w):
             return iterations, residual, True
         if iterations == line.max_iterations or not isfinite(residual):
             return iterations, residual, False
-        block_tridiagonal.solve(w, first, last)
+        linear.solve(line, w, first, last)
         correct(line, w, first, last, s.c_m, s.c_c, step_length(line, w, first, last))
         iterations += 1

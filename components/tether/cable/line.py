@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from components.compiled import kernel
 from components.contract import HEADER
 
@@ -17,11 +19,20 @@ KE = 32  # dTC / d elongation
 DIR = 33  # unit tangent of the segment (3)
 SCRATCH = 36
 
+# Behind the nodes' records, each only where its term is on: the water's velocity and acceleration at the nodes, with
+# the current of the port after the last; the points on the bed that hold the nodes; the rows of the banded matrix and
+# of the full one, which the static start in a current needs.
+WATER, ANCHOR, BAND, FULL = 6, 2, 27, 51
+
 FREE, DRIVEN, BONDED = range(3)
 
 
 class Line(NamedTuple):
-    """What the kernels know of a line; "half" is what half a segment gives to the node at either of its ends."""
+    """What the kernels know of a line; "half" is what half a segment gives to the node at either of its ends.
+
+    Of a line of sections, whose segments differ, l0 and half masses are the smallest, k is the largest.
+    Places in p, u, x and w are 0 where the term is off.
+    """
 
     n: int  # segments
     end_a: int  # FREE, DRIVEN or BONDED
@@ -41,15 +52,42 @@ class Line(NamedTuple):
     tolerance: float
     max_iterations: int
     dry_weight: float  # of the whole line [N]
+    displaced: float  # half, mass of the displaced fluid [kg]
+    inextensible: int  # k is then the penalty of the multipliers' method
+    special: int  # whether segments differ, the water moves or the length is fixed
+    parts: int  # place in p of the segments' own constants
+    current: int  # place in p of the current's levels
+    heard: int  # place in u of the current that another component gives
+    waves: int  # place in p of the waves
+    water: int  # place in w of the water's motion at the nodes
+    clumps: int  # place in p of the clump weights
+    bed: int  # whether there is a seabed
+    bed_depth: float  # [m]
+    bed_stiffness: float  # [N/m^2]
+    bed_onset: float  # depth of sinking over which the stiffness sets in [m]
+    bed_time: float  # relaxation time of the bed's damping [s]
+    friction: float  # Coulomb's coefficient on the bed
+    anchors: int  # place in w of the points that hold the nodes by friction
+    memory: int  # place in x of the same
+    stiff: float  # EI of the first segment; 0: no bending stiffness [N m^2]
+    clamps: int  # place in p of the directions in which the ends are clamped (2, 3); zero: hinged
+    band: int  # place in w of the banded matrix
+    full: int  # place in w of the full matrix
+    t: float  # end of the step [s]
+    table: np.ndarray  # p
 
 
 @kernel
-def unpack(p):
-    """The Line from the parameter vector, where it stands in the order of its fields."""
+def unpack(p, t):
+    """The Line from the parameter vector, where it stands in the order of its fields, at the end t [s] of the step."""
     i = HEADER
     return Line(
         int(p[i]), int(p[i + 1]), int(p[i + 2]), p[i + 3], p[i + 4], p[i + 5], p[i + 6], p[i + 7], p[i + 8], p[i + 9],
         p[i + 10], p[i + 11], int(p[i + 12]), p[i + 13], int(p[i + 14]), p[i + 15], int(p[i + 16]), p[i + 17],
+        p[i + 18], int(p[i + 19]), int(p[i + 20]), int(p[i + 21]), int(p[i + 22]), int(p[i + 23]), int(p[i + 24]),
+        int(p[i + 25]), int(p[i + 26]), int(p[i + 27]), p[i + 28], p[i + 29], p[i + 30], p[i + 31], p[i + 32],
+        int(p[i + 33]), int(p[i + 34]), p[i + 35], int(p[i + 36]), int(p[i + 37]),
+        int(p[i + 38]), t, p,
     )  # fmt: skip
 
 

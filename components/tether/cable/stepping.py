@@ -1,7 +1,7 @@
 """One step of the line between its ends' motions at two instants, with sub-steps and retries; and its trial step."""
 
 from components.compiled import kernel
-from components.tether.cable import block_tridiagonal
+from components.tether.cable import flow, linear, seabed
 from components.tether.cable.balance import assemble
 from components.tether.cable.dynamics import finish, newton, predict, scheme
 from components.tether.cable.ends import place
@@ -51,13 +51,17 @@ def attempt(line, x, u, w, h, parts, rho_inf):
     a slack segment uses rho_inf = 0: at a larger one the impact that ends the slack rings on and slackens it again.
     """
     load(line.n, x, w)
+    if line.anchors:
+        seabed.recall(line, x, w)
     iterations, worst = 0, 0.0
     for part in range(1, parts + 1):
         s = scheme(0.0 if slack(line, w) else rho_inf, h / parts)
         predict(s, w, 0, line.n)
         place(line, x, u, w, h, part, parts)
+        if line.water:
+            flow.sample(line, w, line.t - h * (parts - part) / parts, True)
         count, residual, converged = newton(line, s, w)
-        finish(s, w, line.n)
+        finish(line, s, w)
         iterations += count
         worst = max(worst, residual)
         if not converged:
@@ -86,6 +90,8 @@ def march(line, x, u, w, h):
     that fails is repeated in more parts with rho_inf = 0, which an impact does not excite; if all fail the whole
     step's iterate stands. So does a bonded line's at once: its ends follow the body's scheme over the whole step.
     """
+    if line.water:
+        flow.hear(line, u, w)
     iterations, residual, converged = attempt(line, x, u, w, h, line.sub_steps, line.rho_inf)
     if converged:
         return iterations, residual, True
@@ -110,6 +116,8 @@ def try_on(line, w, h):
     """
     s = scheme(line.rho_inf, h)
     predict(s, w, 0, line.n)
+    if line.water:
+        flow.sample(line, w, line.t + h, True)
     return newton(line, s, w)[2]
 
 
@@ -130,7 +138,7 @@ def set_moving(line, w):
             w[i * SCRATCH + V + c] = va + (vb - va) * i / line.n
     if moving > 0.0 and first <= last:
         assemble(line, w, INSTANT, 0.0)
-        block_tridiagonal.solve(w, first, last)
+        linear.solve(line, w, first, last)
         for i in range(first, last + 1):
             for c in range(3):
                 w[i * SCRATCH + ACC + c] = INSTANT * w[i * SCRATCH + R + c]
@@ -142,9 +150,13 @@ def start(line, x, u, w, h):
 
     The algorithmic acceleration starts as the true one. Returns the imbalance at rest [N] and whether it is rounding.
     """
+    if line.water:
+        flow.hear(line, u, w)
     place(line, x, u, w, h, 1, 1)
     residual, settled = equilibrium(line, w)
     place(line, x, u, w, h, 1, 1)
+    if line.water:
+        flow.sample(line, w, line.t, True)
     set_moving(line, w)
     s = scheme(line.rho_inf, h)
     assemble(line, w, s.c_m, s.c_c)
