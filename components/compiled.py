@@ -1,7 +1,6 @@
 """Compilation of kernels: one decorator, one cache folder, and the C entry points of a component.
 
-numba does not see edits in callees of cached functions, so the cache folder is named by a hash of all sources that are
-compiled, of numba, llvmlite and the CPU: an edit in any of them gives a new folder, never a stale kernel.
+numba does not see edits in callees of cached functions, so its cache lies in a folder named by all of them: see cache.
 """
 
 from __future__ import annotations
@@ -10,9 +9,7 @@ import hashlib
 import importlib.util
 import os
 import pickle
-import shutil
 import sys
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -20,17 +17,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
-import llvmlite
-import llvmlite.binding
-import numba
 import numpy as np
 from numba import njit, types
 from numba.core.config import reload_config
 
+from components.cache import SOURCES, cache_folder, clear_cache
 from components.contract import Component, Kernel
 
 T = TypeVar("T")
-SOURCES = Path(__file__).parent
 # IEEE division instead of exceptions, no fastmath; without numba's runtime, which only allocations need: its counting
 # of references would cost time in loops over arrays, and leave symbols undefined in the object code.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
@@ -63,46 +57,6 @@ class EntryPoints:
     init: int
     step: int
     keep: Any
-
-
-@cache
-def source_hash() -> str:
-    """SHA-256 over names and contents of all files of components/, and of those in pipeline/ that compile something."""
-    digest = hashlib.sha256()
-    for path in sorted([*SOURCES.rglob("*.py"), *(SOURCES.parent / "pipeline").rglob("*.py")]):
-        text = path.read_bytes()
-        if path.is_relative_to(SOURCES) or b"njit" in text or b"import kernel" in text:
-            digest.update(str(path.relative_to(SOURCES.parent)).encode() + b"\0" + text + b"\0")
-    return digest.hexdigest()
-
-
-@cache
-def cache_folder() -> Path:
-    """The folder of these sources, compilers and CPU: below TOWLINE_CACHE, ~/.cache or the temporary folder."""
-    cpu = llvmlite.binding.get_host_cpu_name() + llvmlite.binding.get_host_cpu_features().flatten()
-    versions = f"{sys.version_info[:2]} {numba.__version__} {llvmlite.__version__} {cpu} {source_hash()}"
-    name = hashlib.sha256(versions.encode()).hexdigest()[:16]
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    shared = Path(tempfile.gettempdir()) / f"towline-{os.getuid()}"
-    for root in filter(None, (os.environ.get("TOWLINE_CACHE"), Path(home) / "towline", shared)):
-        folder = Path(root) / name
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            # What lies in the cache is executed: it must be this user's own.
-            if os.access(folder, os.W_OK) and folder.stat().st_uid == os.getuid():
-                return folder
-        except OSError:
-            continue
-    return Path(tempfile.mkdtemp(prefix="towline-"))
-
-
-def clear_cache() -> None:
-    """Remove all machine code of these sources, after a part of it was found damaged."""
-    for path in cache_folder().iterdir():
-        if path.is_dir():
-            shutil.rmtree(path, ignore_errors=True)
-        else:
-            path.unlink(missing_ok=True)
 
 
 def mended(load: Callable[[], T]) -> T:
@@ -163,16 +117,6 @@ def is_cached(component: Component) -> bool:
         return True
     path = _binding_path(component)
     return path.with_suffix(".done").exists() and any(cache_folder().glob(f"*/{path.stem}.step-*.nbc"))
-
-
-def is_marked(name: str) -> bool:
-    """Whether compiled functions that are no component's are in the cache, as mark_cached told."""
-    return (cache_folder() / f"{name}.done").exists()
-
-
-def mark_cached(name: str) -> None:
-    """Note that they are in the cache now."""
-    (cache_folder() / f"{name}.done").touch()
 
 
 @cache

@@ -9,7 +9,8 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from components.compiled import OPTIONS, mark_cached, mended
+from components.cache import mark_cached
+from components.compiled import OPTIONS, mended
 from pipeline.loop_tables import (
     ASSIGNS,
     BOARD,

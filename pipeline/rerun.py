@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from components import compiled
+from components import cache
 from pipeline.errors import LogError
 from pipeline.graph import Graph, Node
 from pipeline.log.reader import Log
@@ -33,7 +33,7 @@ def _models(log: Log) -> list[str]:
 def _unpacked(log: Log, name: str) -> Path:
     """A file model's source written out from the log, because it is no longer where it was."""
     source = log.attachment(name)
-    path = compiled.cache_folder() / f"model_{hashlib.sha256(source).hexdigest()[:16]}" / Path(name).name
+    path = cache.cache_folder() / f"model_{hashlib.sha256(source).hexdigest()[:16]}" / Path(name).name
     path.parent.mkdir(exist_ok=True)
     path.write_bytes(source)
     return path
@@ -66,7 +66,7 @@ def other_sources(log: Log) -> str | None:
     made_by = log.metadata(RUN)
     if made_by.get(MODELS_HASH, "") != models_hash(here):
         return f"{log.path}: {', '.join(here)} changed since the log was made: results may differ"
-    if made_by.get("source_hash") != compiled.source_hash():
-        hashes = f"{made_by.get('source_hash', '')[:12]}, here {compiled.source_hash()[:12]}"
+    if made_by.get("source_hash") != cache.source_hash():
+        hashes = f"{made_by.get('source_hash', '')[:12]}, here {cache.source_hash()[:12]}"
         return f"{log.path} was made by other sources ({hashes}): results may differ"
     return None

@@ -16,7 +16,7 @@ from typing import Self
 
 import numpy as np
 
-from components import compiled
+from components import cache
 from pipeline.conductor import BOND_PORTS, Conductor
 from pipeline.coupling import refuse_unstable
 from pipeline.digest import Digest
@@ -90,7 +90,7 @@ def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
     """What the numbers depend on beside the scenario."""
     versions = {package: version(package) for package in ("towline", *PACKAGES)}
     here = {"python": platform.python_version(), "machine": platform.machine()}
-    sources = {"source_hash": compiled.source_hash(), MODELS_HASH: models_hash(model_files(graph))}
+    sources = {"source_hash": cache.source_hash(), MODELS_HASH: models_hash(model_files(graph))}
     times = {"base_ns": str(graph.base_ns), "start_ns": str(graph.start_ns), "block_ticks": str(block)}
     return {"scenario": scenario.name, **versions, **here, **sources, **times}
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass, fields, replace
 from math import pi
 
 import numpy as np
-from scipy.special import ndtr
 
 from pipeline.analysis.indicators import Fits, fit_frames
 from pipeline.analysis.markers import MarkerFrames
@@ -31,14 +30,19 @@ class Expected:
     alpha_bias: np.ndarray
 
 
+def floors(fits: Fits, marker_sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    """e_P and e_C (k,) that noise of marker_sigma [m] alone would give, as `expected` says [m]."""
+    floor_plane = marker_sigma * np.sqrt((fits.n - 3) / np.where(fits.fitted, fits.n, np.nan))
+    return floor_plane, marker_sigma * fits.noise_gain
+
+
 def expected(fits: Fits, marker_sigma: float) -> Expected:
     """What noise of marker_sigma [m] in each coordinate does to the indicators.
 
     A plane takes 3 of n degrees of freedom: floor sigma sqrt((n - 3) / n). A curve takes 3, and noise along x counts
     by the slope: floor sigma sqrt(trace((1 - H) W) / n), see uncertainty. alpha: mean of the folded normal law.
     """
-    floor_plane = marker_sigma * np.sqrt((fits.n - 3) / np.where(fits.fitted, fits.n, np.nan))
-    floor_catenary = marker_sigma * fits.noise_gain
+    floor_plane, floor_catenary = floors(fits, marker_sigma)
     return Expected(
         floor_plane,
         floor_catenary,
@@ -54,6 +58,8 @@ def _without(measured: np.ndarray, floor: np.ndarray) -> np.ndarray:
 
 def folded_mean(mean: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     """Mean of |x| for a normal x of this mean and deviation, arrays alike: sigma sqrt(2 / pi) about zero."""
+    from scipy.special import ndtr  # takes longer to import than all else that judges a log
+
     ratio = np.divide(mean, sigma, out=np.full_like(mean, np.inf), where=sigma > 0.0)
     return sigma * np.sqrt(2.0 / pi) * np.exp(-0.5 * ratio**2) + mean * (1.0 - 2.0 * ndtr(-ratio))
 

@@ -11,13 +11,18 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
 from pipeline.analysis.ends import Ends
 from pipeline.analysis.statistics import LEAST_MARKERS, reliable
 from pipeline.analysis.validity import Cable
 
 WIDTH, PANEL = 4.2, 1.35  # inches: on a phone the text is then a little smaller than the page's
+# Margins about the panels [inches], and where the titles stand, in widths of a panel: laid out by hand, since a solver
+# takes half of the report's time and gives other last bits each time.
+LEFT, RIGHT, ABOVE, BELOW, BETWEEN, TITLES = 0.72, 0.1, 0.1, 0.42, 0.46, -0.13
+# Of the panels; both figures are of one height, since a wide screen shows them side by side.
+INDICATOR, CIRCUMSTANCES = 1.375, (1.0, 1.5, 1.0, 1.0, 1.0)
 SPANS = 700  # of a curve, each drawn by its extremes: more than the figure has pixels
 USED, DOUBTFUL, FAILING = "#12608a", "#b9b9b9", "#d1495b"
 STYLE: Any = {
@@ -78,12 +83,13 @@ def indicators(cable: Cable, window: Window, name: str) -> str:
         ("off the catenary\ne_C [mm]", 1e3 * fits.e_catenary, "log"),
         ("catenary\nC [1/m]", fits.C, "linear"),
     )
-    figure, panels = _panels(len(curves), window)
+    figure, panels = _panels((INDICATOR,) * len(curves), window)
     for panel, (title, values, scale) in zip(panels, curves, strict=True):
         shown = values[inside]
         for color, which in ((DOUBTFUL, ~good), (USED, good)):
             panel.plot(*thinned(t[inside], np.where(which, shown, np.nan)), color=color)
-        panel.set_yscale(scale)
+        if scale == "log":
+            _logarithmic(panel)
         panel.set_ylabel(title)
     panels[2].axhline(1e3 * cable.tolerance, color=FAILING, linewidth=0.8, linestyle="--")
     for span in cable.spans:
@@ -97,15 +103,15 @@ def circumstances(cable: Cable, ends: Ends, window: Window, name: str) -> str:
 
     name: of this figure among those of the page.
     """
-    figure, panels = _panels(5, window, (1.0, 1.5, 1.0, 1.0, 1.0))
+    figure, panels = _panels(CIRCUMSTANCES, window)
     _markers(cable, panels[0], panels[1], window)
-    inside = window.of(ends.t)
-    for panel, title, values in (
-        (panels[2], "moving end\nspeed [m/s]", ends.speed),
-        (panels[3], "moving end\naccel. [m/s²]", ends.acceleration),
-        (panels[4], "ends apart\nd [m]", ends.distance),
+    for panel, title, t, values in (
+        (panels[2], "moving end\nspeed [m/s]", ends.t, ends.speed),
+        (panels[3], "moving end\naccel. [m/s²]", ends.t, ends.acceleration),
+        (panels[4], "ends apart\nd [m]", ends.t_distance, ends.distance),
     ):
-        panel.plot(*thinned(ends.t[inside], values[inside]), color=USED)
+        inside = window.of(t)
+        panel.plot(*thinned(t[inside], values[inside]), color=USED)
         panel.set_ylabel(title)
     return _svg(figure, f"circumstances-{name}", "visible markers and the ends' motion over time")
 
@@ -128,6 +134,14 @@ def _markers(cable: Cable, number: Axes, visibility: Axes, window: Window) -> No
     visibility.set_ylabel("visible marker\nindex [1]")
 
 
+def _logarithmic(panel: Axes) -> None:
+    """A logarithmic axis with plain numbers: 0.1, 1, 10."""
+    panel.set_yscale("log")
+    panel.yaxis.set_major_locator(LogLocator(numticks=5))
+    panel.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    panel.yaxis.set_minor_formatter(NullFormatter())
+
+
 def _bars(t: np.ndarray, valid: np.ndarray, height: int) -> tuple[np.ndarray, np.ndarray]:
     """A line broken where the marker is lost: start, end and a gap for each visible time."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], valid, [False]]).astype(np.int8)))
@@ -136,32 +150,27 @@ def _bars(t: np.ndarray, valid: np.ndarray, height: int) -> tuple[np.ndarray, np
     return x, np.full(len(x), float(height))
 
 
-def _panels(count: int, window: Window, heights: tuple[float, ...] | None = None) -> tuple[Figure, list[Axes]]:
+def _panels(heights: tuple[float, ...], window: Window) -> tuple[Figure, list[Axes]]:
     """Panels one above the other over the same time."""
-    figure = Figure((WIDTH, PANEL * sum(heights or [1.0] * count)), layout="constrained")
-    panels = list(figure.subplots(count, 1, sharex=True, height_ratios=heights))
+    height = PANEL * sum(heights)
+    figure = Figure((WIDTH, height))
+    figure.subplots_adjust(LEFT / WIDTH, BELOW / height, 1.0 - RIGHT / WIDTH, 1.0 - ABOVE / height)
+    usual = (height - BELOW - ABOVE - BETWEEN * (len(heights) - 1)) / len(heights)  # of a panel
+    panels = list(
+        figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, gridspec_kw={"hspace": BETWEEN / usual})
+    )
     for panel in panels:
         panel.set_xlabel("time [s]")
         panel.set_xlim(window.start, window.end)
         panel.tick_params(labelbottom=True)
-    figure.align_ylabels(panels)
+        panel.yaxis.set_label_coords(TITLES, 0.5)
     return figure, panels
 
 
 def _svg(figure: Figure, name: str, title: str) -> str:
     """The figure as an SVG element to stand among others: with a title, its identifiers made its own by a name."""
-    _settle(figure)
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata=NO_METADATA)
     text = buffer.getvalue()
     text = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", text[text.index("<svg") :])
     return re.sub(r'<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="img"><title>{title}</title>', text, count=1)
-
-
-def _settle(figure: Figure) -> None:
-    """Lay the figure out and round the places: the layout's solver gives other last bits each time."""
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
-    for panel in figure.axes:
-        left, bottom, width, height = np.round(panel.get_position().bounds, 4)
-        panel.set_position((left, bottom, width, height))

@@ -22,9 +22,14 @@ th, td { padding: .2rem .6rem; text-align: right; white-space: nowrap; } th:firs
 thead th { border-bottom: 2px solid #888; } tbody tr:nth-child(even) { background: #f5f5f5; }
 .published { color: #777; font-weight: normal; } details { margin-bottom: 1rem; }
 h3 { font-size: 1rem; margin: 1.5rem 0 .5rem; }
-@media (max-width: 40rem) { .statistics { font-size: .72rem; } th, td { padding: .2rem; } }
+@media (max-width: 40rem) { body { padding: .7rem; } .statistics { font-size: .7rem; } th, td { padding: .2rem .15rem; }
+  .published { font-size: .65rem; } .statistics thead th { white-space: normal; } h1 { overflow-wrap: anywhere; } }
 """
 MOST_SPANS = 20
+MEANINGS = (
+    "α: inclination to the vertical of the plane nearest to the markers. e_P: root mean square of their distances from "
+    "that plane. e_C: root mean square of their distances, in the plane at the same x, from the nearest catenary."
+)
 
 
 def page(title: str, sections: list[Section]) -> str:
@@ -42,6 +47,8 @@ def _section(section: Section) -> Iterator[str]:
     cable = section.cable
     scenario = cable.recording.origin.scenario
     yield f"<section>\n<h2>{escape(cable.recording.name)}{escape(f' of {scenario}' if scenario else '')}</h2>"
+    yield f"<p><strong>{escape(str(cable.durations))}</strong></p>"
+    yield f"<h3>Statistics of {cable.statistics.frames_used} frames</h3>"
     yield _statistics(cable)
     yield f"<p>{escape(failures(cable))} {escape(noise(cable))}</p>"
     yield from _spans(cable)
@@ -70,14 +77,13 @@ def _statistics(cable: Cable) -> str:
     for title in INDICATORS.values():
         header.append(escape(title))
         if cable.published:
-            header.append('<span class="published">published</span>')
+            header.append('<span class="published">publ&shy;ished</span>')
     lines = [[name, *map(escape, values)] for name, values in rows(cable)]
     table = _table(header, lines, "statistics")
-    if cable.published is None:
-        return table
-    return (
-        f'{table}<p class="small">Published: {escape(cable.published.table)} of {escape(cable.published.source)}.</p>'
-    )
+    said = [MEANINGS]
+    if cable.published is not None:
+        said.append(f"Published: {cable.published.table} of {cable.published.source}.")
+    return f'{table}<p class="small">{escape(" ".join(said))}</p>'
 
 
 def _spans(cable: Cable) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from pipeline.analysis.ends import Ends
 from pipeline.analysis.figures import Window, circumstances, indicators
 from pipeline.analysis.statistics import LEAST_MARKERS, reliable
 from pipeline.analysis.validity import Cable
+from pipeline.errors import TowlineError
 
 CLOSE_S = 15.0  # length of the close-up: figures 4 to 7 of Drupt et al. 2022 show 15 s
 
@@ -41,7 +43,13 @@ class Section:
 
 
 def sections(cables: list[Cable], window: Window | None = None) -> list[Section]:
-    """The sections of a report; window: the close-up [s], default the CLOSE_S around the largest reliable e_C."""
+    """The sections of a report; window: the close-up [s], default the CLOSE_S around the largest reliable e_C.
+
+    Raises TowlineError if the window is not within the record.
+    """
+    if window is not None:
+        for cable in cables:
+            _check_within(window, cable)
     return [Section(cable, _spreads(cable, window, _identifier(cable, i))) for i, cable in enumerate(cables)]
 
 
@@ -53,6 +61,15 @@ def _identifier(cable: Cable, number: int) -> str:
 def _whole(cable: Cable) -> Window:
     t_ns = cable.fits.t_ns
     return Window(float(t_ns[0] / 1e9), float(t_ns[-1] / 1e9)) if len(t_ns) else Window(0.0, 1.0)
+
+
+def _check_within(window: Window, cable: Cable) -> None:
+    whole = _whole(cable)
+    if not whole.start <= window.start < window.end <= whole.end:
+        raise TowlineError(
+            f"--window: {window.start:g} to {window.end:g} s is not within the record of {cable.recording.name}, "
+            f"which goes from {whole.start:.6g} to {whole.end:.6g} s"
+        )
 
 
 def _worst(cable: Cable) -> Window:
@@ -85,14 +102,16 @@ def _pictures(cable: Cable, ends: Ends, window: Window, name: str) -> list[Pictu
         ),
         Picture(
             circumstances(cable, ends, window, name),
-            "Markers and ends. Below the dashed line frames are not used. Speed, acceleration and distance: from "
-            f"{ends.source}.",
+            f"Markers and ends. Below the dashed line frames are not used. {ends.source[0].upper()}{ends.source[1:]}.",
         ),
     ]
 
 
 def write(path: Path, text: str) -> None:
     """Write the page whole or not at all. Raises OSError."""
-    fresh = path.with_name(path.name + ".part")
-    fresh.write_text(text, encoding="utf-8")
-    fresh.replace(path)
+    fresh = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        fresh.write_text(text, encoding="utf-8")
+        fresh.replace(path)
+    finally:
+        fresh.unlink(missing_ok=True)

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.analysis.bias import floors
+from pipeline.analysis.durations import Durations, durations
 from pipeline.analysis.indicators import Fits, fit_frames
 from pipeline.analysis.markers import MarkerFrames
 from pipeline.analysis.published import Published, published
@@ -55,6 +57,7 @@ class Cable:
     fits: Fits
     statistics: Statistics
     spans: list[Span]
+    durations: Durations
     length: float
     length_source: str
     tolerance: float
@@ -72,6 +75,7 @@ class Cable:
             "length_m": self.length,
             "length_source": self.length_source,
             "tolerance_mm": 1e3 * self.tolerance,
+            **{f"seconds_{name}": seconds for name, seconds in asdict(self.durations).items()},
             "fails": [
                 {"start_s": s.start_ns / 1e9, "end_s": s.end_ns / 1e9, "frames": s.frames, "worst_mm": 1e3 * s.worst}
                 for s in self.spans
@@ -105,6 +109,7 @@ def judge(recording: Recording, method: str, tolerance: Tolerance, length: float
         fits=fits,
         statistics=statistics(fits),
         spans=failing_spans(fits, limit),
+        durations=durations(fits, limit),
         length=metres,
         length_source=source,
         tolerance=limit,
@@ -118,13 +123,11 @@ def _noise(fits: Fits, sigma: float | None) -> Noise | None:
     use = reliable(fits)
     if sigma is None or not use.any():
         return None
-    from pipeline.analysis.bias import expected  # with scipy.special, which not every file needs
-
-    floors = expected(fits, sigma)
+    floor_plane, floor_catenary = floors(fits, sigma)
     return Noise(
         1e3 * sigma,
-        1e3 * float(np.median(floors.floor_plane[use])),
-        1e3 * float(np.median(floors.floor_catenary[use])),
+        1e3 * float(np.median(floor_plane[use])),
+        1e3 * float(np.median(floor_catenary[use])),
         float(np.degrees(np.median(fits.sigma_alpha[use]))),
         float(np.median(fits.sigma_C[use])),
     )

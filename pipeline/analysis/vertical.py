@@ -22,7 +22,7 @@ def in_ned(frames: MarkerFrames, up: Up | None = None) -> MarkerFrames:
         up = "-z" if _sag(frames) > 0.0 else "z"
         note = (f"the file does not say where up is: {up} is taken, so that the line hangs",)
     position = frames.position if up == "-z" else frames.position[..., [1, 0, 2]] * np.array([1.0, 1.0, -1.0])
-    return replace(frames, position=position, notes=(*frames.notes, *note))
+    return replace(frames, position=np.ascontiguousarray(position), notes=(*frames.notes, *note))
 
 
 def _sag(frames: MarkerFrames) -> float:

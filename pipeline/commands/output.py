@@ -9,14 +9,16 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from components import compiled
+from components import cache
 from pipeline.errors import TowlineError
-from pipeline.graph import Graph
+
+if TYPE_CHECKING:
+    from pipeline.graph import Graph
 
 FILE_WIDTH = 160  # columns where nobody's terminal sets them: no cell of a table is cut
 NOTICE_S = 0.1  # a bar is drawn at most this often
@@ -56,8 +58,10 @@ def _without_infinities(value: Any) -> Any:
 
 def say_compiling(graph: Graph, quiet: bool) -> None:
     """Name the components that are about to be compiled for the first time."""
+    from components import compiled  # with numba, which not every command needs
+
     fresh = sorted({n.component.name for n in graph.nodes if not compiled.is_cached(n.component)})
-    fresh += [] if compiled.is_marked("native_loop") else ["the loop"]
+    fresh += [] if cache.is_marked("native_loop") else ["the loop"]
     if fresh and not quiet:
         _say_compiling(", ".join(fresh))
 
@@ -66,14 +70,14 @@ def say_compiling(graph: Graph, quiet: bool) -> None:
 def saying_that_fits_compile(method: str, quiet: bool) -> Iterator[None]:
     """Say that the kernels of a method of fitting are about to be compiled, and note afterwards that they were."""
     name = f"analysis-{method}"
-    if not compiled.is_marked(name) and not quiet:
+    if not cache.is_marked(name) and not quiet:
         _say_compiling(f"the fits of the method {method}")
     yield
-    compiled.mark_cached(name)
+    cache.mark_cached(name)
 
 
 def _say_compiling(what: str) -> None:
-    console().print(f"compiling {what} (once; kept in {compiled.cache_folder()})")
+    console().print(f"compiling {what} (once; kept in {cache.cache_folder()})")
 
 
 def warn(text: str) -> None:

@@ -15,7 +15,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's arguments: those of validity, and the page."""
     validity.add_arguments(parser)
     parser.add_argument("--out", "-o", type=Path, metavar="F", help="the page (default: beside the log, .html)")
+    parser.add_argument("--overwrite", action="store_true", help="replace the page if it exists")
     parser.add_argument("--window", nargs=2, metavar=("T0", "T1"), help="close-up [s] (default: 15 s around the worst)")
+
+
+def _page_path(arguments: argparse.Namespace) -> Path:
+    """Where the page goes. Raises TowlineError if something is there that must not be replaced."""
+    out = arguments.out or arguments.log.with_suffix(".html")
+    if out.exists():
+        if arguments.log.exists() and out.samefile(arguments.log):
+            raise TowlineError(f"{out} is the recording itself; give another name with --out")
+        if not arguments.overwrite:
+            raise TowlineError(f"{out} exists; give another name with --out, or --overwrite")
+    return out
 
 
 def command(arguments: argparse.Namespace) -> int:
@@ -26,10 +38,8 @@ def command(arguments: argparse.Namespace) -> int:
 
     start = time.perf_counter()
     window = None if arguments.window is None else Window(*validity.seconds(arguments.window))
+    out = _page_path(arguments)
     found = validity.cables(arguments)
-    out = arguments.out or arguments.log.with_suffix(".html")
-    if out.exists() and out.samefile(arguments.log):
-        raise TowlineError(f"{out} is the recording itself; give another name with --out")
     try:
         write(out, page(f"Validity of the catenary: {arguments.log.name}", sections(found, window)))
     except OSError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -98,17 +99,22 @@ def print_cable(out: Console, cable: Cable) -> None:
     for name, values in rows(cable):
         table.add_row(name, *values)
     out.print(table)
-    out.print(
-        f"{cable.statistics.frames_used} of {cable.statistics.frames} frames used, fitted in {cable.wall_s:.3g} s"
-    )
-    for reason, count in cable.fits.reasons().items():
-        out.print(f"  {count} {reason}")
-    for note in cable.fits.notes:
-        out.print(f"  {note}")
-    if cable.published:
-        out.print(f"published: {cable.published.table} of {cable.published.source}")
-    out.print(failures(cable), noise(cable))
+    for text in _sentences(cable):
+        out.print(text, soft_wrap=not out.is_terminal)  # a file's lines are left whole
     _print_spans(out, cable)
+
+
+def _sentences(cable: Cable) -> Iterator[str]:
+    """What stands below the table, a paragraph each."""
+    yield str(cable.durations)
+    yield f"{failures(cable)} {noise(cable)}"
+    yield f"{cable.statistics.frames_used} of {cable.statistics.frames} frames used, fitted in {cable.wall_s:.3g} s"
+    for reason, count in cable.fits.reasons().items():
+        yield f"  {count} {reason}"
+    for note in cable.fits.notes:
+        yield f"  {note}"
+    if cable.published:
+        yield f"published: {cable.published.table} of {cable.published.source}"
 
 
 def _print_spans(out: Console, cable: Cable, most: int = 10) -> None:

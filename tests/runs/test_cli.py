@@ -237,8 +237,8 @@ def test_fits_say_that_they_compile_once(capsys, monkeypatch, tmp_path):
     row = ",".join(f"{n / 4 - 0.5:g},0,{-((n / 4 - 0.5) ** 2):g}" for n in range(5))
     table.write_text(f"{header}\n0,{row}\n1,{row}\n")
     marks: set[str] = set()
-    monkeypatch.setattr("components.compiled.is_marked", marks.__contains__)
-    monkeypatch.setattr("components.compiled.mark_cached", marks.add)
+    monkeypatch.setattr("components.cache.is_marked", marks.__contains__)
+    monkeypatch.setattr("components.cache.mark_cached", marks.add)
     for said in (True, False):
         assert main(["validity", str(table), "--tolerance", "1mm"]) == 0
         assert ("compiling the fits of the method fast (once" in capsys.readouterr().err) == said

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
 from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
@@ -13,12 +15,14 @@ import numpy as np
 import pytest
 
 from pipeline.analysis.figures import thinned
+from pipeline.analysis.report import write
 from pipeline.cli import main
 
 ROOT = Path(__file__).parents[2]
 POOL = str(ROOT / "scenarios" / "pool_chain.yaml")
 INDICATORS = ("alpha_deg", "e_plane_mm", "e_catenary_mm")
 VOID = {"meta", "br"}
+SOFT_HYPHEN = "\xad"
 
 
 class Page(HTMLParser):
@@ -51,7 +55,7 @@ class Page(HTMLParser):
 
     def handle_data(self, data):
         if "th" in self.open or "td" in self.open:
-            self.tables[self.table][-1][-1] += data
+            self.tables[self.table][-1][-1] += data.replace(SOFT_HYPHEN, "")
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +137,17 @@ def test_each_axis_has_a_title_with_a_unit(made):
     assert all(any(child.tag.endswith("title") for child in one) for one in figures)
 
 
+def test_validity_needs_neither_numba_nor_scipy_nor_pandas(made):
+    """Once compiled: what they take to import would be most of the command's time."""
+    code = (
+        "import sys; from pipeline.cli import main; assert main(['validity', sys.argv[1]]) == 0; "
+        "print(sorted({'numba', 'scipy', 'pandas', 'matplotlib'} & set(sys.modules)))"
+    )
+    words = [sys.executable, "-c", code, str(Path(made[0]["report"]).with_name("chain.mcap"))]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True, cwd=ROOT)
+    assert done.stdout.strip() == "[]"
+
+
 def test_same_log_same_figures(made, tmp_path):
     log = Path(made[0]["report"]).with_name("chain.mcap")
     assert main(["report", str(log), "-o", str(tmp_path / "again.html"), "--json"]) == 0
@@ -145,8 +160,45 @@ def test_window_is_drawn(made, tmp_path, capsys):
     assert main(["report", log, "-o", str(tmp_path / "a.html"), "--window", "2 s", "4", "--json"]) == 0
     assert "<h3>2 to 4 s</h3>" in (tmp_path / "a.html").read_text(encoding="utf-8")
     assert main(["report", log, "-o", str(tmp_path / "b.html"), "--window", "4", "2", "--json"]) == 1
+    capsys.readouterr()
+    assert main(["report", log, "-o", str(tmp_path / "b.html"), "--window", "20", "40"]) == 1
+    assert "20 to 40 s is not within the record of markers, which goes from 0 to 30 s" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.html"]
     assert main(["report", log, "-o", str(tmp_path / "no" / "b.html"), "--json"]) == 1
     assert "cannot write the report: No such file" in capsys.readouterr().err
+
+
+def test_no_page_is_replaced_unasked(made, tmp_path, capsys):
+    log, out = str(Path(made[0]["report"]).with_name("chain.mcap")), tmp_path / "a.html"
+    out.write_text("mine")
+    assert main(["report", log, "-o", str(out)]) == 1
+    assert f"{out} exists; give another name with --out, or --overwrite" in capsys.readouterr().err
+    assert out.read_text() == "mine"
+    assert main(["report", log, "-o", str(out), "--overwrite"]) == 0
+    assert out.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_failing_report_leaves_nothing(tmp_path, monkeypatch):
+    """A full disk, as the operating system tells it, after part of the page was written."""
+
+    def full(path: Path, text: str, encoding: str) -> None:
+        path.write_bytes(text[:100].encode(encoding))
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(OSError, match="No space"):
+        write(tmp_path / "a.html", "x" * 200)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_seconds_are_on_the_page_and_add_up_to_the_record(made):
+    """Of 30 s at 50 Hz every frame stands for 20 ms, the first and the last for half: sums of the JSON's own frames."""
+    cable = made[0]["cables"]["markers"]
+    failing, holding, unknown = (cable[f"seconds_{name}"] for name in ("failing", "holding", "unknown"))
+    assert failing + holding + unknown == pytest.approx(30.0, abs=1e-9)
+    assert failing == pytest.approx(0.02 * sum(span["frames"] for span in cable["fails"]), abs=0.0201)
+    assert unknown == pytest.approx(0.02 * (cable["frames"] - cable["frames_used"]), abs=0.0201)
+    assert f"holds for {holding:.4g} s, fails for {failing:.4g} s, and for {unknown:.4g} s it is not known" in made[1]
 
 
 def test_thinning_keeps_extremes_and_order():

@@ -4,7 +4,7 @@ from math import isfinite
 
 from components.compiled import kernel
 from components.contract import Component, LineEnd
-from components.tether.cable import model
+from components.tether.cable import model, seabed
 from components.tether.cable.breaking import overloaded
 from components.tether.cable.dynamics import scheme
 from components.tether.cable.ends import give_cross, give_force, give_law
@@ -73,7 +73,7 @@ def respond(line, trial, w, h, y, k):
 
 def init(t_ns, dt_ns, p, u, x, y, w):
     """Hang the line in its static equilibrium between the ends' positions, moving as they do."""
-    line = unpack(p)
+    line = unpack(p, t_ns * 1e-9)
     h = dt_ns * 1e-9
     if line.event_cut > 0:
         return CUT_AT_REST
@@ -83,6 +83,8 @@ def init(t_ns, dt_ns, p, u, x, y, w):
     if overloaded(line, w) >= 0:
         return BREAKS_AT_REST
     store(line.n, w, x, 0)
+    if line.anchors:
+        seabed.keep(line, w, x)
     account = Account(0, 0.0, residual, True, 0.0, 0.0, 0, 0.0, 0, -1, 1.0, 0.0, 0.0)
     remember(line, account, x)
     k = observe(line, w, y, account)
@@ -94,11 +96,13 @@ def init(t_ns, dt_ns, p, u, x, y, w):
 def step(t_ns, dt_ns, p, u, x, y, w):
     """Advance the line to the ends' new motions; on a bond, then try the next step for the law."""
     h = dt_ns * 1e-9
-    account = march(p, x, u, w, h)
+    account = march(p, t_ns * 1e-9, x, u, w, h)
     if not isfinite(account.residual):
         return NOT_FINITE
-    line = present(p, account.scale, account.payout, account.payout_change, account.cut)
+    line = present(p, t_ns * 1e-9, account.scale, account.payout, account.payout_change, account.cut)
     store(line.n, w, x, 0)
+    if line.anchors:
+        seabed.keep(line, w, x)
     remember(line, account, x)
     k = observe(line, w, y, account)
     if bonded(line):
@@ -113,7 +117,7 @@ def _end(name: str) -> LineEnd:
         law=f"law_{name}",
         accepted=f"accepted_{name}",
         switch=f"bond_{name}",
-        stiffness=lambda cable: cable.axial_stiffness / cable.length,
+        stiffness=model.axial_spring,
     )
 
 

@@ -4,9 +4,10 @@ from math import isfinite
 from typing import NamedTuple
 
 from components.compiled import kernel
-from components.tether.cable import block_tridiagonal
+from components.tether.cable import linear, seabed
 from components.tether.cable.balance import allowance, imbalance
-from components.tether.cable.line import ACC, DIR, FREE, KE, SCRATCH, TC, A, Q, R, T, V, first_unknown, last_unknown
+from components.tether.cable.line import ACC, DIR, KE, SCRATCH, TC, A, Q, R, T, V, first_unknown, last_unknown
+from components.tether.cable.part import part
 from components.tether.cable.winch import assemble
 
 # A Newton step may turn or stretch a segment by this fraction of its length; a longer step is cut down to it.
@@ -62,10 +63,12 @@ def soften(line, s, w, first, last):
     assembled last, and uses it up. Hairer and Wanner 1996, Solving ODEs II, eq. IV.8.20, filter errors in this way.
     """
     for i in range(first, last + 1):
-        halves = 1.0 if (i == 0 and line.end_a == FREE) or (i == line.n and line.end_b == FREE) else 2.0
+        mass = 0.0
+        for j in range(max(i - 1, 0), min(i + 1, line.n)):
+            mass += part(line, j).mass + part(line, j).added_n
         for c in range(i * SCRATCH + R, i * SCRATCH + R + 3):
-            w[c] *= s.c_m * halves * (line.mass + line.added_n)
-    block_tridiagonal.solve(w, first, last)
+            w[c] *= s.c_m * mass
+    linear.solve(line, w, first, last)
 
 
 @kernel
@@ -112,14 +115,16 @@ def predict(s, w, n, steadily):
 
 
 @kernel
-def finish(s, w, n):
-    """Complete the algorithmic acceleration of all nodes and keep the tension of the accepted motion."""
-    for i in range(n + 1):
+def finish(line, s, w):
+    """Complete the algorithmic acceleration of all nodes and keep the tension and anchors of the accepted motion."""
+    for i in range(line.n + 1):
         b = i * SCRATCH
         for c in range(b, b + 3):
             w[c + A] += s.kappa * w[c + ACC]
-    for i in range(n):
+    for i in range(line.n):
         w[i * SCRATCH + T] = w[i * SCRATCH + TC]
+    if line.anchors:
+        seabed.drag_anchors(line, w)
 
 
 @kernel
@@ -190,6 +195,6 @@ def newton(line, s, w):
             return Balanced(iterations, residual, allowed, True)
         if iterations == line.max_iterations or not isfinite(residual):
             return Balanced(iterations, residual, allowed, False)
-        block_tridiagonal.solve(w, first, last)
+        linear.solve(line, w, first, last)
         correct(line, w, first, last, s.c_m, s.c_c, step_length(line, w, first, last))
         iterations += 1

@@ -4,7 +4,7 @@ from math import inf
 from typing import NamedTuple
 
 from components.compiled import kernel
-from components.tether.cable import balance, block_tridiagonal, winch
+from components.tether.cable import balance, flow, linear, seabed, winch
 from components.tether.cable.breaking import overloaded
 from components.tether.cable.dynamics import align, finish, newton, predict, scheme
 from components.tether.cable.ends import place
@@ -110,7 +110,7 @@ def accelerate(line, w):
     if first > last:
         return
     balance.assemble(line, w, INSTANT, 0.0)
-    block_tridiagonal.solve(w, first, last)
+    linear.solve(line, w, first, last)
     for i in range(first, last + 1):
         for c in range(3):
             w[i * SCRATCH + ACC + c] += INSTANT * w[i * SCRATCH + R + c]
@@ -128,18 +128,20 @@ def cut_at(line, w, segment):
 def at_fraction(p, line, x, u, h, fraction, cut):
     """The line at a fraction of the period's h [s]: as long as the winch has it, which stands still once it is cut."""
     if line.winch == 0:
-        return present(p, 1.0, 0.0, 0.0, cut)
+        return present(p, line.t, 1.0, 0.0, 0.0, cut)
     k = tail(line)
     if cut >= 0:
-        return present(p, x[k + SCALE], 0.0, 0.0, cut)
-    scale, payout, change = winch.wound(line, x[k + SCALE], x[k + RATE], u[len(u) - 1], h, fraction)
-    return present(p, scale, payout, change, cut)
+        return present(p, line.t, x[k + SCALE], 0.0, 0.0, cut)
+    scale, payout, change = winch.wound(line, x[k + SCALE], x[k + RATE], u[line.rate], h, fraction)
+    return present(p, line.t, scale, payout, change, cut)
 
 
 @kernel
 def begin(line, x, w, cut):
     """Bring the nodes from x to w, cut where an event cuts the line now; returns the lead of their accelerations."""
     load(line.n, x, 0, w)
+    if line.anchors:
+        seabed.recall(line, x, w)
     k = tail(line)
     if cut >= 0 and x[k + CUT] == 0.0:
         cut_at(line, w, cut)
@@ -155,8 +157,10 @@ def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
         align(line, s, lead, w)
     predict(s, w, line.n, taut)
     place(line, x, u, w, h, to, end)
+    if line.water:
+        flow.sample(line, w, line.t - h * ((end - to) / end), True)
     count, residual, allowed, converged = newton(line, s, w)
-    finish(s, w, line.n)
+    finish(line, s, w)
     error = position_error(line, s, w, old, start)
     if converged and error > accuracy:
         error = smooth_error(line, s, w, old, start)
@@ -166,7 +170,7 @@ def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
 
 
 @kernel
-def march(p, x, u, w, h):
+def march(p, t, x, u, w, h):
     """Advance the line over the step of h [s] from the state x to the end motions in u; the new nodes are in w.
 
     Sub-steps are the period (over `sub_steps`, where the user fixes that) over powers of two, so that they end where
@@ -176,7 +180,9 @@ def march(p, x, u, w, h):
     the whole period stands as the iteration left it. So does a bonded line's at once: its ends follow the body's
     scheme over the whole step.
     """
-    line = unpack(p)
+    line = unpack(p, t)
+    if line.water:
+        flow.hear(line, u, w)
     k, keep = tail(line), saved(line)
     fixed, halvings = line.sub_steps > 0 or bonded(line), 0 if bonded(line) else HALVINGS
     accuracy = inf if fixed else line.accuracy
@@ -189,6 +195,8 @@ def march(p, x, u, w, h):
         to = at + (1 << (halvings - level))
         line = at_fraction(p, line, x, u, h, to / end, cut)
         store(line.n, w, w, keep)
+        if line.anchors:
+            seabed.set_aside(line, w)
         s = scheme(0.0 if rough or slack(line, w) else line.rho_inf, h * ((to - at) / end))
         part = attempt(line, s, x, u, w, w, keep, h, at, to, end, accuracy, lead)
         iterations += part.iterations
@@ -197,12 +205,14 @@ def march(p, x, u, w, h):
             rough = rough or not part.converged
             level += 1
             load(line.n, w, keep, w)
+            if line.anchors:
+                seabed.put_back(line, w)
             continue
         if not part.converged and halvings > 0:
-            load(line.n, x, 0, w)
+            lead = begin(line, x, w, cut)
             to, s = end, scheme(0.0, h)
             line = at_fraction(p, line, x, u, h, 1.0, cut)
-            part = attempt(line, s, x, u, w, x, 0, h, 0, end, end, inf, x[k + LEAD])
+            part = attempt(line, s, x, u, w, x, 0, h, 0, end, end, inf, lead)
         at, lead, sub_steps = to, part.lead, sub_steps + 1
         if not part.residual <= residual:  # so that one that is not finite is kept
             residual = part.residual
@@ -242,6 +252,8 @@ def try_on(line, w, h):
     """
     s = scheme(0.0, h)
     predict(s, w, line.n, False)
+    if line.water:
+        flow.sample(line, w, line.t + h, True)
     return newton(line, s, w).converged
 
 
@@ -270,9 +282,13 @@ def start(line, x, u, w, h):
 
     The algorithmic acceleration starts as the true one. Returns the imbalance at rest [N] and whether it is rounding.
     """
+    if line.water:
+        flow.hear(line, u, w)
     place(line, x, u, w, h, 1, 1)
     residual, settled = equilibrium(line, w)
     place(line, x, u, w, h, 1, 1)
+    if line.water:
+        flow.sample(line, w, line.t, True)
     set_moving(line, w)
     s = scheme(line.rho_inf, h)
     balance.assemble(line, w, s.c_m, s.c_c)

@@ -4,6 +4,7 @@ from math import acos
 
 from components.compiled import kernel
 from components.tether.cable.line import DIR, SCRATCH, TC
+from components.tether.cable.part import part
 
 # T = EA e holds for small strain: at 5 % the engineering strain is 2.5 % off the true one, and so is what follows it.
 SMALL_STRAIN = 0.05
@@ -16,9 +17,11 @@ MEASURES = 6
 def strain(line, w):
     """Largest strain by the tension over the small one."""
     worst = 0.0
-    for i in range(line.n):
-        worst = max(worst, abs(w[i * SCRATCH + TC]))
-    return worst / (line.k * line.l0 * SMALL_STRAIN)
+    if not line.inextensible:
+        for i in range(line.n):
+            s = part(line, i)
+            worst = max(worst, abs(w[i * SCRATCH + TC]) / (s.k * s.l0 * SMALL_STRAIN))
+    return worst
 
 
 @kernel
