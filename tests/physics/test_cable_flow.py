@@ -52,7 +52,7 @@ def test_towing_and_a_current_are_one(cable):
 
     here = cable(0.02, held(0.0), **CHAIN | {"current": tuple(-speed)})
     there = cable(0.02, held(0.0), **CHAIN | {"current": tuple(-speed)})
-    there.x.reshape(-1, line.STATE)[:, line.V : line.V + 3] += speed
+    there.state[:, line.V : line.V + 3] += speed
     still = cable(0.02, towed(0.0)[1], **CHAIN)
     still.x[:] = there.x[: len(still.x)]
     for k in range(1, 101):

@@ -137,11 +137,13 @@ def at_fraction(p, line, x, u, h, fraction, cut):
 
 
 @kernel
-def begin(line, x, w, cut):
+def begin(line, x, w, h, cut):
     """Bring the nodes from x to w, cut where an event cuts the line now; returns the lead of their accelerations."""
     load(line.n, x, 0, w)
     if line.anchors:
         seabed.recall(line, x, w)
+    if line.water:
+        flow.sample(line, w, line.t - h, True)
     k = tail(line)
     if cut >= 0 and x[k + CUT] == 0.0:
         cut_at(line, w, cut)
@@ -190,7 +192,7 @@ def march(p, t, x, u, w, h):
     end = max(line.sub_steps, 1) << halvings
     cut = int(x[k + CUT]) - 1 if x[k + CUT] > 0.0 else line.event_cut - 1
     at, rough, iterations, sub_steps, excess, residual, error, snap = 0, False, 0, 0, 0.0, 0.0, 0.0, 0.0
-    lead = begin(at_fraction(p, line, x, u, h, 0.0, cut), x, w, cut)
+    lead = begin(at_fraction(p, line, x, u, h, 0.0, cut), x, w, h, cut)
     while at < end:
         to = at + (1 << (halvings - level))
         line = at_fraction(p, line, x, u, h, to / end, cut)
@@ -209,7 +211,7 @@ def march(p, t, x, u, w, h):
                 seabed.put_back(line, w)
             continue
         if not part.converged and halvings > 0:
-            lead = begin(line, x, w, cut)
+            lead = begin(line, x, w, h, cut)
             to, s = end, scheme(0.0, h)
             line = at_fraction(p, line, x, u, h, 1.0, cut)
             part = attempt(line, s, x, u, w, x, 0, h, 0, end, end, inf, lead)
