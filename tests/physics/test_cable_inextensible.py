@@ -9,7 +9,7 @@ from components.tether.cable import line
 G = 9.80665
 LINKS = dict(
     length=2.0, segments=2, mass_per_length=1.0, volume_per_length=0.0, drag_diameter=0.0, fluid_density=0.0,
-    end_b="free", tension_only=False, tolerance=1e-10,
+    end_b="free", tension_only=False, tolerance=1e-8,
 )  # fmt: skip
 
 
@@ -45,7 +45,8 @@ def released(cable, h, a, b):
 def test_links_are_a_double_pendulum(cable):
     """1.5 s of large swings against scipy: second order in time, and the lengths kept to the tolerance over penalty.
 
-    Richardson of the two finest leaves 2e-6 m; the constraint holds to 1e-10 dry weights over 1e5 of them.
+    Richardson of the two finest leaves 2e-6 m; the constraint holds to 1e-8 of weight and tension
+    over a penalty of 1e5 weights.
     """
     times = np.linspace(0, 1.5, 31)
     expected, found = double_pendulum(times, 1.2, 0.4), []
@@ -56,7 +57,7 @@ def test_links_are_a_double_pendulum(cable):
             links.step(np.zeros(9))
             assert links["converged"] == 1
             lengths = np.linalg.norm(np.diff(links["nodes"], axis=0), axis=1)
-            assert np.abs(lengths - 1.0).max() < 1e-12
+            assert np.abs(lengths - 1.0).max() < 1e-10
             if k % round(0.05 / h) == 0:
                 tips.append(links["nodes"][2, [0, 2]])
         found.append(np.array(tips))
@@ -68,9 +69,10 @@ def test_links_are_a_double_pendulum(cable):
 
 def test_folded_chain_falls_faster_than_free(cable):
     """One end of a folded chain let go: it has fallen L after 0.8472 sqrt(2 L / g) (Calkin and March 1989; Tomaszewski
-    2006, Am. J. Phys. 74, 776), energy kept. Tolerance: the fold of the lumped chain, 1 / n, and of its width.
+    2006, Am. J. Phys. 74, 776), which is 0.853 of free fall's
+    time at 0.98 L. Tolerance: the fold of the lumped chain, which falls as 1 / n (0.876, 0.865 at n = 100, 200).
     """
-    n, h = 100, 1e-3
+    n, h = 200, 5e-4
     chain = cable(
         h, ((0.0, 0.0, 0.0), (0.02, 0.0, 0.0)), **LINKS | {"segments": n, "end_b": "driven", "tension_only": True,
         "tolerance": 1e-6},
@@ -78,14 +80,14 @@ def test_folded_chain_falls_faster_than_free(cable):
     free = cable(h, np.zeros(9), **LINKS | {"segments": n, "tension_only": True, "tolerance": 1e-6})
     free.x[: len(chain.x)] = chain.x
     fallen = np.inf
-    for k in range(1, 700):
+    for k in range(1, 1400):
         free.step(np.zeros(9))
         if free["nodes"][n, 2] >= 2.0 * 0.98:
             fallen = k * h
             break
     lengths = np.linalg.norm(np.diff(free["nodes"], axis=0), axis=1)
     assert lengths.max() < (2.0 / n) * (1 + 1e-9)
-    assert fallen / np.sqrt(2 * 1.96 / G) == pytest.approx(0.85, abs=0.02)
+    assert fallen / np.sqrt(2 * 1.96 / G) == pytest.approx(0.8472 / np.sqrt(0.98) - 0.003, abs=0.015)
 
 
 def test_inextensible_is_the_limit_of_stiff(cable):

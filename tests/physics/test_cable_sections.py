@@ -64,7 +64,7 @@ def test_clump_bends_the_line_where_it_is(cable):
 
 
 def test_clump_on_a_towed_line_is_a_sphere_in_the_flow(cable):
-    """A body alone on a line of almost nothing: angle of drag over weight; falling starts with (m - rho V) / (m + Ca rho V)."""
+    """A body alone on a line of almost nothing: drag over weight; then it falls with added mass."""
     thin = dict(
         length=2.0, segments=4, mass_per_length=1e-5, volume_per_length=0.0, drag_diameter=0.0, axial_stiffness=1e5,
         fluid_density=1000.0, end_b="free",
@@ -77,12 +77,12 @@ def test_clump_on_a_towed_line_is_a_sphere_in_the_flow(cable):
     u = np.concatenate([np.zeros(8), [20.0]])  # the holder falls faster than the ball
     falling = cable(h, np.zeros(9), **thin, clumps=(ball,))
     v = []
-    for k in range(1, 21):
+    for k in range(1, 26):
         u[2], u[5] = 10.0 * (h * k) ** 2, 20.0 * h * k
         z = falling["nodes"][-1, 2]
         falling.step(u)
         v.append((falling["nodes"][-1, 2] - z) / h)
-    assert (v[-1] - v[4]) / (15 * h) == pytest.approx(2.0 * G / 3.5, rel=1e-2)  # two steps of transient, drag 1e-3
+    assert (v[20] - v[10]) / (10 * h) == pytest.approx(2.0 * G / 3.5, rel=3e-3)  # ten steps of transient; drag 1e-3
 
 
 def test_refuses_what_does_not_fit():

@@ -10,6 +10,7 @@ from components.tether.cable.dynamics import scheme
 from components.tether.cable.ends import give_cross, give_force, give_law
 from components.tether.cable.line import BONDED, FREE, SCRATCH, TC, Q, present, store, unpack
 from components.tether.cable.stepping import Account, at_fraction, bonded, march, remember, start, try_on
+from components.tether.cable.terms import terms
 from components.tether.cable.validity import MEASURES, measure
 from components.tether.cable.winch import assemble
 
@@ -140,9 +141,10 @@ COMPONENT = Component(
         "end_b": _end("b"),
     },
     cross={("end_a", "end_b"): "accepted_ab"},
+    terms=terms,
     validity="validity.range",
     assumptions=(
-        "No bending or torsion, no sea bed, still fluid, small axial strain; "
+        "No torsion, small axial strain, level sea bed; long-crested linear waves, in which the whole line is under water; "
         "segments short against the line's radius of curvature and the wave lengths of its motion."
     ),
 )
