@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.analysis.indicators import Fits
-from pipeline.analysis.statistics import BRIDGED, reliable
+from pipeline.analysis.statistics import BRIDGED, fails, reliable
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Durations:
 
 
 def durations(fits: Fits, tolerance: float) -> Durations:
-    """Seconds in which e_C is beyond the tolerance [m], within it, and not known: no reliable fit, or no frame.
+    """Seconds in which the catenary fails the tolerance [m], holds, and is not known: no reliable fit, or no frame.
 
     A frame stands for the time that is nearer to it than to another. Where the record has a gap, longer than BRIDGED
     frames usually take, the frames beside it stand for half a usual interval of it, and the rest is not known.
@@ -44,8 +44,6 @@ def durations(fits: Fits, tolerance: float) -> Durations:
     usual = np.median(intervals)
     covered = np.where(intervals > BRIDGED * usual, usual, intervals)
     share = 0.5 * (np.append(covered, 0.0) + np.insert(covered, 0, 0.0))
-    known = reliable(fits)
-    beyond = np.zeros(len(t), bool)
-    beyond[known] = fits.e_catenary[known] > tolerance
+    known, beyond = reliable(fits), fails(fits, tolerance)
     failing, holding = float(share[beyond].sum()), float(share[known & ~beyond].sum())
     return Durations(failing, holding, max(0.0, float(t[-1] - t[0]) - failing - holding))

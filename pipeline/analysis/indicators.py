@@ -1,4 +1,11 @@
-"""How near a line's markers are to a catenary, frame by frame: alpha, e_P, e_C and C with their covariance."""
+"""How near a line's markers are to a catenary, frame by frame: alpha, e_P, e_C and C with their covariance.
+
+Without noise alpha [rad] and C (relative) come out to 1e-9 or better, as far as float64 can hold the markers: at a
+distance R from the origin a coordinate is rounded to R / 2^53, of deviation sigma = ulp(R) / sqrt(12). For n markers
+evenly along a line of span l and sag s, parabola z = 4 s (x / l)^2, least squares know C to sigma sqrt(720 / n) / l^2,
+with C = 8 s / l^2, and the normal's turn to sigma / sqrt(n var z), with var z = (4 s)^2 / 180: both 3.354 sigma /
+(sqrt(n) s). Five deviations are 1e-9 at R = 1e6 m, where sigma is 3.4e-11 m, for s = 0.56 m / sqrt(n).
+"""
 
 from __future__ import annotations
 
@@ -12,7 +19,8 @@ from pipeline.analysis.catenary_fit import Catenaries, fit_catenaries
 from pipeline.analysis.continuity import Continuity, check_continuity
 from pipeline.analysis.markers import MarkerFrames
 from pipeline.analysis.plane import Planes, fit_planes
-from pipeline.analysis.uncertainty import propagate, take
+from pipeline.analysis.scatter import Scatter, hidden, scatter
+from pipeline.analysis.uncertainty import Sensitivity, sensitivity
 
 
 class Status(IntEnum):
@@ -34,14 +42,14 @@ REASONS = {
     Status.COINCIDENT: "not identifiable: the markers stand at fewer than 4 different places",
     Status.STRAIGHT: "not identifiable: the markers stand on a straight line, in which no plane is marked out",
     Status.NO_PLANE: "not identifiable: the line is straight within the scatter of its markers, no plane is marked out",
-    Status.HORIZONTAL: "not identifiable: the plane is horizontal, nothing in it points up",
-    Status.NO_CATENARY: "not identifiable: the markers stand at fewer than 3 different x in their plane",
+    Status.HORIZONTAL: "not identifiable: the plane is horizontal within the markers' scatter, nothing in it points up",
+    Status.NO_CATENARY: "not identifiable: at fewer than 3 different x in their plane, within the markers' scatter",
     Status.NOT_CONVERGED: "the fit did not converge",
 }
 # By the statuses of the plane's and of the curve's kernels.
-_OF_PLANE = np.empty(6, np.int64)
+_OF_PLANE = np.empty(5, np.int64)
 _OF_PLANE[[plane.FITTED, plane.TOO_FEW, plane.COINCIDENT]] = Status.FITTED, Status.TOO_FEW, Status.COINCIDENT
-_OF_PLANE[[plane.STRAIGHT, plane.NO_PLANE, plane.HORIZONTAL]] = Status.STRAIGHT, Status.NO_PLANE, Status.HORIZONTAL
+_OF_PLANE[[plane.STRAIGHT, plane.HORIZONTAL]] = Status.STRAIGHT, Status.HORIZONTAL
 _OF_CURVE = np.empty(3, np.int64)
 _OF_CURVE[catenary_fit.FITTED] = Status.FITTED
 _OF_CURVE[[catenary_fit.NO_CATENARY, catenary_fit.NOT_CONVERGED]] = Status.NO_CATENARY, Status.NOT_CONVERGED
@@ -52,6 +60,8 @@ METHODS = ("fast", "nelder-mead")
 class Fits:
     """The fits of k frames of m markers; every number is NaN where status is not FITTED.
 
+    C, x0 and z0 are NaN also where C is not identifiable: its standard deviation exceeds it.
+
     t_ns: (k,) [ns]. visible: (k,) markers seen. n: (k,) markers fitted. left_out: (k,) seen but not on the line.
     swapped: (k,) markers whose labels were exchanged. used: (k, m) bool. status: (k,) int, see Status.
     alpha: (k,) inclination of the plane to the vertical, 0 to pi/2 [rad]. psi: (k,) heading of x_p [rad].
@@ -59,7 +69,8 @@ class Fits:
     x0, z0: (k,) the catenary's lowest point in F_p (x_p horizontal, z_p up the plane), from the centroid [m].
     centroid: (k, 3) of the markers used, NED [m]. normal: (k, 3) y_p in NED.
     covariance: (k, 5, 5) of (alpha, psi, x0, z0, C), first order, in their units.
-    noise_gain: (k,) e_catenary that markers' noise of 1 m would give. notes: what was mended or not checked.
+    noise_gain: (k,) e_catenary that markers' noise of 1 m would give. marker_sigma: noise of a marker's coordinate [m],
+    as given or found in the record. notes: what was mended, not checked or not identifiable.
     """
 
     t_ns: np.ndarray
@@ -80,6 +91,7 @@ class Fits:
     normal: np.ndarray
     covariance: np.ndarray
     noise_gain: np.ndarray
+    marker_sigma: float
     notes: tuple[str, ...] = ()
 
     @property
@@ -114,30 +126,57 @@ def fit_frames(frames: MarkerFrames, method: str = "fast", marker_sigma: float |
     if method not in METHODS:
         raise ValueError(f"method {method!r} is not known; use one of {', '.join(METHODS)}")
     continuity = check_continuity(frames)
-    planes = fit_planes(frames.position, continuity.order, marker_sigma)
+    planes = fit_planes(frames.position, continuity.order)
+    curves = fit_catenaries(planes.points, np.where(planes.status == 0, planes.n, 0))
+    sensitive = sensitivity(planes, curves)
+    noise = scatter(frames, planes, curves, sensitive.noise_gain, marker_sigma)
+    status = _status(planes, curves, noise)
     if method == "nelder-mead":
         from pipeline.analysis.nelder_mead import search  # scipy.optimize takes a quarter of a second to import
 
-        planes, curves = search(frames, continuity.order, planes)
-    else:
-        curves = fit_catenaries(planes.points, np.where(planes.status == 0, planes.n, 0))
-    return _gather(frames, continuity, planes, curves, marker_sigma)
+        planes, curves = search(frames, continuity.order, planes, status == Status.FITTED)
+        status = np.where(status == Status.FITTED, _OF_CURVE[curves.status], status)
+        sensitive = sensitivity(planes, curves)
+    covariance = sensitive.covariance(planes, curves, marker_sigma)
+    found = marker_sigma if marker_sigma is not None else noise.sigma
+    return _gather(frames, continuity, planes, curves, sensitive, status, covariance, found)
+
+
+def _status(planes: Planes, curves: Catenaries, noise: Scatter) -> np.ndarray:
+    """(k,) of what noise may have made, the plane before what is in it, and of what is singular whatever the noise."""
+    status = np.where(planes.status == 0, _OF_CURVE[curves.status], _OF_PLANE[planes.status])
+    lost = hidden(planes, noise)
+    status[lost.curve] = Status.NO_CATENARY
+    status[lost.upright] = Status.HORIZONTAL
+    status[lost.plane] = Status.NO_PLANE
+    status[(planes.status == 0) & (curves.status == catenary_fit.NO_CATENARY)] = Status.NO_CATENARY
+    return status
 
 
 def _gather(
-    frames: MarkerFrames, continuity: Continuity, planes: Planes, curves: Catenaries, marker_sigma: float | None
+    frames: MarkerFrames,
+    continuity: Continuity,
+    planes: Planes,
+    curves: Catenaries,
+    sensitive: Sensitivity,
+    status: np.ndarray,
+    covariance: np.ndarray,
+    marker_sigma: float,
 ) -> Fits:
     k, m = frames.valid.shape
-    status = np.where(planes.status == 0, _OF_CURVE[curves.status], _OF_PLANE[planes.status])
-    fitted = np.flatnonzero(status == Status.FITTED)
-    covariance, noise_gain = np.full((k, 5, 5), np.nan), np.full(k, np.nan)
-    covariance[fitted], noise_gain[fitted] = propagate(take(planes, fitted), take(curves, fitted), marker_sigma)
+    fitted = status == Status.FITTED
     used = np.zeros((k, m + 1), bool)
     np.put_along_axis(used, continuity.order, True, axis=1)  # -1 falls on the last column
+    has_C = fitted & ~(np.sqrt(np.maximum(covariance[:, 4, 4], 0.0)) > np.abs(curves.C))
+    notes = list(frames.notes)
+    if continuity.note:
+        notes.append(continuity.note)
+    if unknown := int((fitted & ~has_C).sum()):
+        notes.append(f"C is not identifiable in {unknown} of the fitted frames: its standard deviation exceeds it")
 
-    def known(values: np.ndarray) -> np.ndarray:
+    def known(values: np.ndarray, where: np.ndarray = fitted) -> np.ndarray:
         found = np.full_like(values, np.nan)
-        found[fitted] = values[fitted]
+        found[where] = values[where]
         return found
 
     return Fits(
@@ -152,12 +191,13 @@ def _gather(
         psi=known(planes.psi),
         e_plane=known(planes.e_plane),
         e_catenary=known(curves.e_catenary),
-        C=known(curves.C),
-        x0=known(curves.x0),
-        z0=known(curves.z0),
+        C=known(curves.C, has_C),
+        x0=known(curves.x0, has_C),
+        z0=known(curves.z0, has_C),
         centroid=known(planes.centroid),
         normal=known(planes.normal),
-        covariance=covariance,
-        noise_gain=noise_gain,
-        notes=(*frames.notes, continuity.note) if continuity.note else frames.notes,
+        covariance=known(covariance),
+        noise_gain=known(sensitive.noise_gain),
+        marker_sigma=marker_sigma,
+        notes=tuple(notes),
     )

@@ -27,17 +27,19 @@ TAUT = 1.0 + 1e-6  # length over chord, at least: a static catenary needs some s
 NED_TO_NWU = np.array([1.0, -1.0, -1.0])
 
 
-def search(frames: MarkerFrames, order: np.ndarray, planes: Planes) -> tuple[Planes, Catenaries]:
-    """Planes and catenaries of the frames in which `planes` found a plane; order: (k, m) markers used, then -1.
+def search(
+    frames: MarkerFrames, order: np.ndarray, planes: Planes, chosen_frames: np.ndarray
+) -> tuple[Planes, Catenaries]:
+    """Planes and catenaries of the chosen frames (k,) bool; order: (k, m) markers used, then -1.
 
-    Whether a frame can be fitted at all, and the first-order tilt, are taken from `planes`.
+    Which frames can be fitted at all is for the caller to know; the first-order tilt is taken from `planes`.
     """
     k = len(planes.n)
     planes = replace(
         planes, **{name: getattr(planes, name).copy() for name in ("inclination", "psi", "e_plane", "normal", "points")}
     )
     status, numbers = np.full(k, NO_CATENARY), np.full((k, 5), np.nan)
-    for f in np.flatnonzero(planes.status == 0):
+    for f in np.flatnonzero(chosen_frames):
         n = planes.n[f]
         chosen = order[f, :n]
         points = (frames.position[f, chosen] - frames.position[f, chosen[0]]) * NED_TO_NWU

@@ -56,6 +56,14 @@ def origin(log: Log, channel: str) -> Origin:
     )
 
 
+def lines_without_markers(log: Log, tracked: list[str]) -> list[str]:
+    """Channels with a line's nodes whose markers nothing tracks; tracked: the lines behind the channels judged."""
+    if "" in tracked:
+        return []  # the log does not tell which line a channel is of
+    lines = [name for name, info in log.channels.items() if any(one.name == "nodes" for one in info.ports)]
+    return [name for name in lines if name not in tracked]
+
+
 def _inputs(entries: dict[str, _Entry], name: str) -> dict[str, str]:
     return entries.get(name, {}).get("inputs", {})
 

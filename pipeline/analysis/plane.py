@@ -22,11 +22,9 @@ SWEEPS = 12  # Jacobi on 3 columns converges quadratically; 4 to 6 sweeps are us
 # Rounding of a point's three coordinates displaces it by at most 0.87 eps times the largest; twice for generating it,
 # and twice to be safe.
 ROUNDING = 4.0
-CHANCE = 0.01  # that a line straight but for scatter passes for a plane, see _refuse_scatter
-WIDE = 10.0  # width over scatter from which a line is not straight, whatever its thickness: it is no plane curve then
-FITTED, TOO_FEW, COINCIDENT, STRAIGHT, NO_PLANE, HORIZONTAL = range(6)
+FITTED, TOO_FEW, COINCIDENT, STRAIGHT, HORIZONTAL = range(5)
 # Columns of the kernel's numbers.
-SIN, COS, PSI, E_PLANE, WIDTH, DXX, DXZ, DZZ, NORMAL = range(9)
+SIN, COS, PSI, E_PLANE, WIDTH, FIRM, DXX, DXZ, DZZ, NORMAL = range(10)
 CENTROID = NORMAL + 3
 COLUMNS = CENTROID + 3
 
@@ -39,7 +37,8 @@ class Planes:
     psi: (k,) heading of x_p [rad]. e_plane: (k,) RMS distance [m].
     tilt: (k, 3) variances xx, xz, zz of the normal's deviation along x_p and z_p, for a unit variance of the markers
     [1/m^2]. normal, centroid: (k, 3) NED. points: (k, m, 2) x and z in F_p from the centroid [m], the first n of each
-    frame hold.
+    frame hold. width: (k,) root of the sum of squares by which the markers leave their straight line in the plane [m],
+    the second singular value. firm: (k,) the same without the one marker whose absence makes it least.
     """
 
     status: np.ndarray
@@ -51,50 +50,33 @@ class Planes:
     normal: np.ndarray
     centroid: np.ndarray
     points: np.ndarray
+    width: np.ndarray
+    firm: np.ndarray
 
 
-def fit_planes(position: np.ndarray, order: np.ndarray, marker_sigma: float | None = None) -> Planes:
-    """Planes of least RMS distance.
+def fit_planes(position: np.ndarray, order: np.ndarray) -> Planes:
+    """Planes of least RMS distance; refused is what is singular but for rounding, for noise see scatter.
 
     position: (k, m, 3) NED [m]. order: (k, m) int, markers used in order, then -1.
-    marker_sigma: scatter of a marker's coordinates [m]; None: the median over the frames.
     """
     k, m = order.shape
     status, n = np.zeros(k, np.int64), np.zeros(k, np.int64)
     numbers, points = np.full((k, COLUMNS), np.nan), np.zeros((k, m, 2))
     work = np.empty((2 * m + 6, 3))
     _fit_all(np.ascontiguousarray(position), order, work, status, n, numbers, points)
-    _refuse_scatter(status, n, numbers, marker_sigma)
-    sine, cosine = numbers[:, SIN], numbers[:, COS]
-    tilt = numbers[:, DXX : DZZ + 1]
     return Planes(
-        status,
-        n,
-        np.arctan2(sine, cosine),
-        numbers[:, PSI],
-        numbers[:, E_PLANE],
-        tilt,
-        numbers[:, NORMAL : NORMAL + 3],
-        numbers[:, CENTROID : CENTROID + 3],
-        points,
+        status=status,
+        n=n,
+        inclination=np.arctan2(numbers[:, SIN], numbers[:, COS]),
+        psi=numbers[:, PSI],
+        e_plane=numbers[:, E_PLANE],
+        tilt=numbers[:, DXX : DZZ + 1],
+        normal=numbers[:, NORMAL : NORMAL + 3],
+        centroid=numbers[:, CENTROID : CENTROID + 3],
+        points=points,
+        width=numbers[:, WIDTH],
+        firm=numbers[:, FIRM],
     )
-
-
-def _refuse_scatter(status: np.ndarray, n: np.ndarray, numbers: np.ndarray, marker_sigma: float | None) -> None:
-    """Set NO_PLANE, and NaN, where the line is straight but for scatter across it.
-
-    Mauchly's test of sphericity in two dimensions, exact: of isotropic scatter about a straight line, n - 2 degrees of
-    freedom, the singular values across it give U = 2 s2 s3 / (s2^2 + s3^2) below u with probability u^(n - 3). A frame
-    that fails it but is wide against the markers' scatter is a curve out of any plane, and is fitted.
-    """
-    rows = np.flatnonzero(status == FITTED)
-    if not len(rows):
-        return
-    s2, s3 = numbers[rows, WIDTH], numbers[rows, E_PLANE] * np.sqrt(n[rows])
-    isotropic = (2.0 * s2 * s3 / (s2**2 + s3**2)) ** (n[rows] - 3) > CHANCE
-    scatter = np.median(s3 / np.sqrt(n[rows] - 3)) if marker_sigma is None else marker_sigma
-    refused = rows[isotropic & (s2 < WIDE * scatter * np.sqrt(n[rows] - 2))]
-    status[refused], numbers[refused] = NO_PLANE, np.nan
 
 
 @kernel
@@ -272,8 +254,25 @@ def _project(a, n, v, cosine, s1, s2, numbers, points):
     z1, z2 = zn * v[0, 0] + zw * v[1, 0] + zu * v[2, 0], zn * v[0, 1] + zw * v[1, 1] + zu * v[2, 1]
     numbers[SIN], numbers[COS], numbers[PSI] = yu, cosine, atan2(-xw, xn)
     numbers[E_PLANE] = sqrt(thickness / n)
-    numbers[WIDTH] = s2
+    numbers[WIDTH], numbers[FIRM] = s2, _firm_width(a, n, v, s1, s2)
     numbers[DXX] = (x1 / s1) ** 2 + (x2 / s2) ** 2
     numbers[DXZ] = x1 * z1 / (s1 * s1) + x2 * z2 / (s2 * s2)
     numbers[DZZ] = (z1 / s1) ** 2 + (z2 / s2) ** 2
     numbers[NORMAL], numbers[NORMAL + 1], numbers[NORMAL + 2] = yn, -yw, -yu
+
+
+@kernel
+def _firm_width(a, n, v, s1, s2):
+    """Width left without the marker that it owes most to: the deletion formula of least squares, w on t.
+
+    t, w: along the line and across it in the plane. Without marker i the sum of squares falls by w^2 / (1 - h), h its
+    leverage (Cook and Weisberg 1982, eq. 2.2.8).
+    """
+    least = s2 * s2
+    for i in range(n):
+        t = a[i, 0] * v[0, 0] + a[i, 1] * v[1, 0] + a[i, 2] * v[2, 0]
+        w = a[i, 0] * v[0, 1] + a[i, 1] * v[1, 1] + a[i, 2] * v[2, 1]
+        rest = 1.0 - 1.0 / n - (t / s1) ** 2
+        if rest > 16.0 * EPS:
+            least = min(least, s2 * s2 - w * w / rest)
+    return sqrt(max(least, 0.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mcap.exceptions import McapError
@@ -12,14 +12,17 @@ from pipeline.analysis.ends import Ends, ends_of_log, ends_of_markers
 from pipeline.analysis.foreign import from_mcap
 from pipeline.analysis.marker_csv import from_csv
 from pipeline.analysis.markers import MarkerFrames, from_log, marker_channels
-from pipeline.analysis.origin import Origin, origin
-from pipeline.analysis.vertical import Up
+from pipeline.analysis.origin import Origin, lines_without_markers, origin
+from pipeline.analysis.reading import Reading
 from pipeline.errors import LogError
 from pipeline.log.conventions import PROFILE
 from pipeline.log.reader import Log, open_log
 
 CSV, MCAP, LOG = "csv", "mcap", "log"
 TABLES = (".csv", ".tsv", ".txt")
+
+
+EVERYTHING = Reading()
 
 
 @dataclass(frozen=True)
@@ -40,20 +43,18 @@ class Recording:
             return ends_of_log(log, self.origin, self.frames)
 
 
-def recordings(path: Path, channel: str | None = None, up: Up | None = None) -> list[Recording]:
-    """All cables of the file, or the one of this channel. up: of files that do not say, as vertical.in_ned takes it.
+def recordings(path: Path, reading: Reading = EVERYTHING) -> list[Recording]:
+    """All cables of the file, or the one asked for.
 
     Raises LogError if the file cannot be read or has no markers.
     """
     kind = _kind(path)
-    if kind == CSV:
-        return [Recording(path, path.stem, from_csv(path, up), Origin())]
-    if kind == MCAP:
-        found = [Recording(path, name, frames, Origin()) for name, frames in from_mcap(path, channel, up).items()]
-    else:
+    if kind == LOG:
         with open_log(path) as log:
-            names = [channel] if channel else marker_channels(log)
-            found = [Recording(path, name, *_of_log(log, name), is_log=True) for name in names]
+            found = _of_log(log, path, reading.channel)
+    else:
+        parts = from_csv(path, reading) if kind == CSV else from_mcap(path, reading)
+        found = [Recording(path, name, frames, Origin()) for name, frames in parts.items()]
     if not found:
         raise LogError(f"{path} has no markers: no channel with positions of shape (m, 3) in its messages")
     return found
@@ -70,6 +71,13 @@ def _kind(path: Path) -> str:
         return LOG
 
 
-def _of_log(log: Log, channel: str) -> tuple[MarkerFrames, Origin]:
-    where = origin(log, channel)
-    return from_log(log, channel, where.arc), where
+def _of_log(log: Log, path: Path, channel: str | None) -> list[Recording]:
+    """The channels of a log that have markers; lines beside them that have none are named in a note."""
+    names = [channel] if channel else marker_channels(log)
+    origins = {name: origin(log, name) for name in names}
+    parts = {name: from_log(log, name, origins[name].arc) for name in names}
+    bare = [] if channel else lines_without_markers(log, [where.line for where in origins.values()])
+    if bare and names:
+        note = f"no markers on {', '.join(bare)}: left out; --channel {bare[0]} judges the line by its nodes"
+        parts[names[0]] = replace(parts[names[0]], notes=(*parts[names[0]].notes, note))
+    return [Recording(path, name, parts[name], origins[name], is_log=True) for name in names]

@@ -98,7 +98,7 @@ def _pictures(cable: Cable, ends: Ends, window: Window, name: str) -> list[Pictu
         Picture(
             indicators(cable, window, name),
             f"Indicators and catenary parameter. Grey: fewer than {LEAST_MARKERS} markers, not in the statistics. "
-            "Red: e_C beyond the tolerance.",
+            "Red: e_C beyond the tolerance by more than noise explains.",
         ),
         Picture(
             circumstances(cable, ends, window, name),

@@ -29,24 +29,42 @@ def rows(cable: Cable) -> Iterator[tuple[str, list[str]]]:
         yield name, values
 
 
+def behind(cable: Cable) -> str:
+    """One sentence: how many frames stand behind the statistics, or why there are none."""
+    s = cable.statistics
+    if s.missing:
+        return f"{s.missing[0].upper()}{s.missing[1:]}."
+    return f"{s.frames_used} of {s.frames} frames stand behind the statistics."
+
+
 def failures(cable: Cable) -> str:
-    """One sentence: how much of the time the catenary fails the tolerance, and how much is not known."""
+    """Sentences: frames behind the statistics, how much of the time the catenary fails, how much is not known."""
     failing = sum(span.frames for span in cable.spans)
     used, frames = cable.statistics.frames_used, cable.statistics.frames
     share = f" ({100.0 * failing / used:.3g} %)" if used else ""
     return (
-        f"e_C exceeds {1e3 * cable.tolerance:.4g} mm in {failing} of {used} frames{share}, {len(cable.spans)} spans; "
+        f"{behind(cable)} "
+        f"e_C exceeds {1e3 * cable.tolerance:.4g} mm in {failing} of {used} frames{share}, "
+        f"by more than noise explains, {len(cable.spans)} spans; "
         f"of {frames - used} frames nothing is known (fewer than {LEAST_MARKERS} markers, or no fit). "
         f"Length {cable.length:.4g} m ({cable.length_source})."
     )
 
 
 def noise(cable: Cable) -> str:
-    """One sentence: what the markers' noise alone would give; "" where it is not known."""
-    if cable.noise is None:
-        return ""
-    n = cable.noise
-    return (
-        f"Markers with {n.marker_mm:.3g} mm of noise on a true catenary would give e_P {n.e_plane_mm:.3g} mm and "
-        f"e_C {n.e_catenary_mm:.3g} mm; α is then uncertain by {n.alpha_deg:.2g}°, C by {n.C_per_m:.2g}/m (medians)."
-    )
+    """Sentences: what the markers' noise alone would give, where it is known, and what noise and drop-out add."""
+    sentences = []
+    if cable.noise is not None:
+        n = cable.noise
+        sentences.append(
+            f"Markers with {n.marker_mm:.3g} mm of noise on a true catenary would give e_P {n.e_plane_mm:.3g} mm and "
+            f"e_C {n.e_catenary_mm:.3g} mm; α is then uncertain by {n.alpha_deg:.2g}°, C by {n.C_per_m:.2g}/m "
+            "(medians)."
+        )
+    for cause, shifts in (("noise", cable.biases.noise), ("drop-out", cable.biases.drop_out)):
+        if shifts is not None:
+            sentences.append(
+                f"Bias of the means by {cause}: α {shifts.alpha_deg:+.2g}°, e_P {shifts.e_plane_mm:+.2g} mm, "
+                f"e_C {shifts.e_catenary_mm:+.2g} mm."
+            )
+    return " ".join(sentences)

@@ -10,7 +10,7 @@ towards z_p, which moves the markers under the curve and so (x0, z0, C).
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import TypeVar
 
 import numpy as np
@@ -18,6 +18,7 @@ import numpy as np
 from pipeline.analysis.catenary_fit import SERIES, Catenaries
 from pipeline.analysis.plane import Planes
 
+SINGULAR = 4 * 2.220446049250313e-16  # determinant of the correlations of a, beta and C: rounding
 BATCH = 2048  # frames taken together, which bounds the memory taken
 
 
@@ -29,40 +30,65 @@ def take(table: Table, rows: slice | np.ndarray) -> Table:
     return type(table)(**{field.name: getattr(table, field.name)[rows] for field in fields(table)})
 
 
-def propagate(planes: Planes, curves: Catenaries, marker_sigma: float | None) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance (k, 5, 5) of (alpha, psi, x0, z0, C), and e_C that noise of 1 m gives (k,); all k must be fitted."""
+@dataclass(frozen=True)
+class Sensitivity:
+    """Of k fits. across, along: (k, 5, 5) covariance of (alpha, psi, x0, z0, C) that a marker's unit variance across
+    and in the plane gives [1/m^2 times their units]. noise_gain: (k,) e_C that noise of 1 m gives. Where the curve's
+    parameters cannot be told apart at all, `along` is infinite and noise_gain NaN."""
+
+    across: np.ndarray
+    along: np.ndarray
+    noise_gain: np.ndarray
+
+    def covariance(self, planes: Planes, curves: Catenaries, sigma: float | None) -> np.ndarray:
+        """(k, 5, 5) for markers of deviation sigma [m]; None: of each frame's own, from its residuals."""
+        if sigma is not None:
+            return sigma**2 * (self.across + self.along)
+        across = planes.e_plane**2 * planes.n / (planes.n - 3)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # noise_gain 0 or NaN: nothing is known
+            along = np.nan_to_num((curves.e_catenary / self.noise_gain) ** 2, nan=np.inf)
+            return across[:, None, None] * self.across + along[:, None, None] * self.along
+
+
+def sensitivity(planes: Planes, curves: Catenaries) -> Sensitivity:
+    """To first order; NaN where plane or curve is not fitted."""
     k = len(planes.n)
-    covariance, gain = np.empty((k, 5, 5)), np.empty(k)
-    for start in range(0, k, BATCH):
-        part = slice(start, start + BATCH)
-        covariance[part], gain[part] = _propagate(take(planes, part), take(curves, part), marker_sigma)
-    return covariance, gain
+    found = Sensitivity(np.full((k, 5, 5), np.nan), np.full((k, 5, 5), np.nan), np.full(k, np.nan))
+    fitted = np.flatnonzero((planes.status == 0) & (curves.status == 0))
+    for start in range(0, len(fitted), BATCH):
+        rows = fitted[start : start + BATCH]
+        parts = _sensitivity(take(planes, rows), take(curves, rows))
+        found.across[rows], found.along[rows], found.noise_gain[rows] = parts
+    return found
 
 
-def _propagate(planes: Planes, curves: Catenaries, sigma: float | None) -> tuple[np.ndarray, np.ndarray]:
+def _sensitivity(planes: Planes, curves: Catenaries) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     n = planes.n
     jacobian, slope = _jacobian(planes, curves)
     # Columns scaled to length 1 first: x0 and C of a near-straight line differ by many orders of magnitude.
     scale = np.sqrt(np.einsum("kij,kij->kj", jacobian, jacobian))
+    scale[~((scale > 0.0) & np.isfinite(scale))] = np.inf
     jacobian /= scale[:, None]
-    influence = np.linalg.inv(np.einsum("kip,kiq->kpq", jacobian, jacobian)) @ jacobian.transpose(0, 2, 1)
+    normal = np.einsum("kip,kiq->kpq", jacobian, jacobian)
+    singular = ~(np.linalg.det(normal) > SINGULAR)
+    normal[singular], jacobian[singular], slope[singular] = np.eye(3), 0.0, 0.0
+    influence = np.linalg.inv(normal) @ jacobian.transpose(0, 2, 1)
     # A marker's noise (dx, dz) changes its residual by dz - z' dx, of variance sigma^2 w; the squares of the
     # residuals expect sigma^2 trace((1 - H) W) with the hat matrix H.
     used = np.arange(planes.points.shape[1]) < n[:, None]
     weight = np.where(used, 1.0 + slope**2, 0.0)
     hat = np.einsum("kip,kpi->ki", jacobian, influence)
     freedom = ((1.0 - hat) * weight).sum(axis=1)
-    across = planes.e_plane**2 * n / (n - 3) if sigma is None else np.full(len(n), sigma**2)
-    along = curves.e_catenary**2 * n / freedom if sigma is None else across
-    curve = along[:, None, None] * np.einsum("kpi,ki,kqi->kpq", influence, weight, influence)
+    curve = np.einsum("kpi,ki,kqi->kpq", influence, weight, influence)
     lever = planes.points[:, :, 0] + slope * planes.points[:, :, 1]
     turning = -np.einsum("kpi,ki->kp", influence, np.where(used, lever, 0.0))
     to_lowest = _to_lowest_point(curves) / scale[:, None]
-    curve = to_lowest @ curve @ to_lowest.transpose(0, 2, 1)
+    along = np.zeros((len(n), 5, 5))
+    along[:, 2:, 2:] = to_lowest @ curve @ to_lowest.transpose(0, 2, 1)
     turning = np.einsum("kpq,kq->kp", to_lowest, turning)
-    covariance = _with_plane(planes, turning) * across[:, None, None]
-    covariance[:, 2:, 2:] += curve
-    return covariance, np.sqrt(freedom / n)
+    noise_gain = np.sqrt(np.maximum(freedom, 0.0) / n)
+    along[singular, 2:, 2:], noise_gain[singular] = np.inf, np.nan
+    return _with_plane(planes, turning), along, noise_gain
 
 
 def _jacobian(planes: Planes, curves: Catenaries) -> tuple[np.ndarray, np.ndarray]:

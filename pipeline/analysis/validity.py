@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.analysis.bias import floors
+from pipeline.analysis.bias import Shifts, by_drop_out, by_noise, floors
 from pipeline.analysis.durations import Durations, durations
 from pipeline.analysis.indicators import Fits, fit_frames
 from pipeline.analysis.markers import MarkerFrames
 from pipeline.analysis.published import Published, published
 from pipeline.analysis.recording import Recording
-from pipeline.analysis.statistics import Span, Statistics, failing_spans, reliable, statistics
+from pipeline.analysis.statistics import LEAST_MARKERS, Span, Statistics, failing_spans, reliable, statistics
 from pipeline.errors import TowlineError
 
 
@@ -46,10 +46,18 @@ class Noise:
 
 
 @dataclass(frozen=True)
+class Biases:
+    """How much greater the indicators are on the average, by the markers' noise and drop-out; None: by none."""
+
+    noise: Shifts | None
+    drop_out: Shifts | None
+
+
+@dataclass(frozen=True)
 class Cable:
     """What was found of one cable. length: of the line [m], from length_source. tolerance: of e_C [m].
 
-    noise: None where the file does not tell the markers' noise.
+    noise: None where the file does not tell the markers' noise. biases: by that noise, or by what the record shows.
     """
 
     recording: Recording
@@ -63,6 +71,7 @@ class Cable:
     tolerance: float
     published: Published | None
     noise: Noise | None
+    biases: Biases
     wall_s: float
 
     def as_json(self) -> dict[str, Any]:
@@ -80,9 +89,13 @@ class Cable:
                 {"start_s": s.start_ns / 1e9, "end_s": s.end_ns / 1e9, "frames": s.frames, "worst_mm": 1e3 * s.worst}
                 for s in self.spans
             ],
+            "markers_left_out": int(self.fits.left_out.sum()),
+            "markers_swapped": int(self.fits.swapped.sum()),
             "frames_by_reason": self.fits.reasons(),
             "notes": list(self.fits.notes),
             "noise": None if self.noise is None else asdict(self.noise),
+            "marker_noise_taken_mm": 1e3 * self.fits.marker_sigma,
+            "bias": asdict(self.biases),
             "published": None if self.published is None else asdict(self.published),
         }
 
@@ -115,6 +128,7 @@ def judge(recording: Recording, method: str, tolerance: Tolerance, length: float
         tolerance=limit,
         published=found,
         noise=_noise(fits, recording.origin.noise),
+        biases=_biases(recording.frames, fits),
         wall_s=wall_s,
     )
 
@@ -131,6 +145,11 @@ def _noise(fits: Fits, sigma: float | None) -> Noise | None:
         float(np.degrees(np.median(fits.sigma_alpha[use]))),
         float(np.median(fits.sigma_C[use])),
     )
+
+
+def _biases(frames: MarkerFrames, fits: Fits) -> Biases:
+    use = reliable(fits)
+    return Biases(by_noise(fits, use) if use.any() else None, by_drop_out(frames, fits, LEAST_MARKERS))
 
 
 def _length(recording: Recording) -> tuple[float, str]:

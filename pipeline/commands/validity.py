@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -11,34 +12,43 @@ from rich.console import Console
 from rich.table import Table
 
 from pipeline.analysis.indicators import METHODS
+from pipeline.analysis.marker_time import UNITS_NS
+from pipeline.analysis.reading import Reading
 from pipeline.analysis.recording import recordings
 from pipeline.analysis.tables import INDICATORS, failures, noise, rows
 from pipeline.analysis.validity import Cable, Tolerance, judge
+from pipeline.analysis.vertical import UPS
 from pipeline.commands.output import console, print_json, saying_that_fits_compile, warn
 from pipeline.errors import TowlineError
 from pipeline.log.reader import open_log
-from pipeline.quantities import si_value
+from pipeline.quantities import shown, si_value
 
 # "Less than 1 % of its length, indicating that it can be well approximated by a catenary" (Drupt et al. 2022, IV).
 TOLERANCE = "1%"
+_SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?) *%")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's arguments."""
     parser.add_argument("log", type=Path, help="a log, a CSV of markers, or an MCAP file of another tool")
-    parser.add_argument("--channel", metavar="NAME", help="channel of the markers (default: all that have markers)")
+    parser.add_argument("--channel", metavar="NAME", help="channel or cable (default: all that have markers)")
     parser.add_argument("--method", choices=METHODS, default=METHODS[0], help=f"of the fits (default: {METHODS[0]})")
     text = "e_C at which the catenary fails: a share of the line's length, or a length (default: %(default)s)"
     parser.add_argument("--tolerance", default=TOLERANCE, metavar="X", help=text)
     parser.add_argument("--length", metavar="M", help="of the line [m] (default: the log's, or along the markers)")
-    parser.add_argument("--up", choices=["z", "-z"], help="in a file that does not say (default: as the line hangs)")
+    parser.add_argument("--up", choices=UPS, help="in a file that does not say (default: as the line hangs)")
+    parser.add_argument("--time-unit", choices=UNITS_NS, help="of a table's times (default: by header, size and step)")
+    parser.add_argument(
+        "--field", metavar="A.B", help="of another tool's messages: the list of points (default: the only)"
+    )
 
 
 def cables(arguments: argparse.Namespace) -> list[Cable]:
     """The cables that the arguments ask for, judged. Raises TowlineError if there are none."""
     tolerance = _tolerance(arguments.tolerance)
     length = None if arguments.length is None else _positive("length", arguments.length)
-    found = recordings(arguments.log, arguments.channel, arguments.up)
+    reading = Reading(arguments.channel, arguments.field, arguments.up, arguments.time_unit)
+    found = recordings(arguments.log, reading)
     if any(recording.is_log for recording in found):
         with open_log(arguments.log) as log:
             if log.warning:
@@ -59,9 +69,19 @@ def seconds(texts: list[str]) -> tuple[float, ...]:
 
 
 def _tolerance(text: str) -> Tolerance:
-    if text.endswith("%"):
-        return Tolerance(_positive("tolerance", text[:-1], "1") / 100.0, True)
-    return Tolerance(_positive("tolerance", text), False)
+    try:
+        share = _SHARE.fullmatch(text.strip())
+        value = float(share[1]) / 100.0 if share else si_value(text, "m", bare=True)
+    except ValueError as error:
+        raise TowlineError(
+            f"--tolerance: {shown(text)} is no share of the length and no length; expected such as '1%' or '10 mm'"
+        ) from error
+    if not 0.0 < value < (1.0 if share else float("inf")):
+        raise TowlineError(
+            f"--tolerance: {text.strip()} is not {'between 0 and 100 %' if share else 'positive'}; "
+            "expected such as '1%' or '10 mm'"
+        )
+    return Tolerance(value, share is not None)
 
 
 def _positive(name: str, text: str, unit: str = "m") -> float:
@@ -108,7 +128,7 @@ def _sentences(cable: Cable) -> Iterator[str]:
     """What stands below the table, a paragraph each."""
     yield str(cable.durations)
     yield f"{failures(cable)} {noise(cable)}"
-    yield f"{cable.statistics.frames_used} of {cable.statistics.frames} frames used, fitted in {cable.wall_s:.3g} s"
+    yield f"fitted in {cable.wall_s:.3g} s"
     for reason, count in cable.fits.reasons().items():
         yield f"  {count} {reason}"
     for note in cable.fits.notes:

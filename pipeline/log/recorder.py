@@ -105,7 +105,7 @@ def _create(path: Path, overwrite: bool) -> BufferedWriter:
     """
     try:
         if path.exists() and not overwrite:
-            raise LogError(f"{path} exists already; choose another name or allow overwriting")
+            raise LogError(f"{path} exists already; choose another name, or give --overwrite")
         if path.is_file() and _beginning(path) not in (b"", MCAP0_MAGIC):
             raise LogError(f"{path} is not an MCAP file: it is not replaced; choose another name")
         path.parent.mkdir(parents=True, exist_ok=True)

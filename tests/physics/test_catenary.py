@@ -200,7 +200,7 @@ def test_forces_beyond_the_largest_double_are_refused():
 def run(a, b, **parameters):
     """(status, outputs by name) for ends at a and b; every output not written would stay NaN."""
     kind = COMPONENT.parameters(**{"length": 3.5, "weight": CHAIN, **parameters})
-    u = np.full(18, np.nan)
+    u = np.zeros(18)
     u[0:3], u[9:12] = a, b
     ports = COMPONENT.outputs(kind)
     y = np.full(sum(port.size for port in ports), np.nan)
@@ -286,7 +286,7 @@ def test_seabed_grid_closes():
     # The three parts span the distance of the ends, for all depths and stiffnesses; roundings of the line's length.
     cases = 0
     for h, p_a, p_b, e in product([1e-6, 0.3, 0.7, 0.9, 0.99, 1.2], [0.0, 1e-9, 0.1, 0.4], [0.0, 0.2], ELASTICITIES):
-        status, touches, H, _, s_a, s_b = rest(h, p_a - p_b, e, p_a, p_b)
+        status, (*_, touches, H, _, s_a, s_b, _, _) = rest(h, p_a - p_b, e, p_a, p_b, 0.0)
         if e == 0.0 and hypot(h, p_a - p_b) >= 1.0:
             assert status == TOO_SHORT
             continue

@@ -1,13 +1,17 @@
-"""Synthetic lines for the tests of the analysis."""
+"""Synthetic lines and the pool scenes' logs for the tests of the analysis."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from pipeline.cli import main
+
+ROOT = Path(__file__).parents[2]
 EXACT = np.longdouble  # 64 bits of mantissa on x86: the generator's own rounding stays below the last bit of float64
 
 
@@ -54,3 +58,13 @@ def hanging_line(
 def line() -> Callable[..., np.ndarray]:
     """The generator above."""
     return hanging_line
+
+
+@pytest.fixture(scope="session")
+def pool_logs(tmp_path_factory) -> dict[str, Path]:
+    """Logs of both pool scenes, whole, by name."""
+    folder = tmp_path_factory.mktemp("pools")
+    logs = {name: folder / f"{name}.mcap" for name in ("pool_chain", "pool_rope")}
+    for name, path in logs.items():
+        assert main(["run", str(ROOT / "scenarios" / f"{name}.yaml"), "--out", str(path), "--json"]) == 0
+    return logs

@@ -75,6 +75,32 @@ def test_a_well_shaped_line_far_away_keeps_1e_9(line):
         assert abs(fits.alpha[0] - np.radians(20.0)) < 1e-9
 
 
+# Rounding of coordinates near 1e6 m: an ulp of 1.16e-10 m over sqrt(12).
+ROUNDED = np.spacing(1e6) / np.sqrt(12.0)
+
+
+def largest_errors(line, sag, markers):
+    """Of C relative and of alpha [rad], over 300 lines with this sag 1e6 m from the origin along each axis."""
+    random = np.random.default_rng(12)
+    C = 8.0 * sag / 2.695**2
+    alpha, psi = random.uniform(0.1, 1.2, 300), random.uniform(-3.0, 3.0, 300)
+    shapes = [
+        line(C, 2.695, 0.0, markers, a, p, 1e6 + random.uniform(-1e3, -10.0, 3))
+        for a, p in zip(alpha, psi, strict=True)
+    ]
+    fits = fits_of(np.stack(shapes), marker_sigma=ROUNDED)
+    assert fits.fitted.all(), fits.reasons()
+    return np.abs(fits.C / C - 1.0).max(), np.abs(fits.alpha - alpha).max()
+
+
+@pytest.mark.parametrize("markers", [12, 60])
+def test_at_the_bound_of_float64(line, markers):
+    """1e-9 at 1e6 m needs the sag that the docstring of indicators derives; right there it is met, below it is not."""
+    sag = 5.0 * 3.354 * ROUNDED / np.sqrt(markers) / 1e-9
+    assert max(largest_errors(line, sag, markers)) < 1e-9
+    assert min(largest_errors(line, 0.2 * sag, markers)) > 1e-9
+
+
 def test_lowest_point(line):
     """P_0 in world coordinates: where eq. 2 puts it. Tolerance: 1e-12 of a line of 2.7 m, some hundred roundings."""
     shape = line(1.5, 2.695, np.radians(20.0), 12, np.radians(35.0), 0.7, (3.0, -2.0, 1.0))
@@ -118,21 +144,11 @@ SHAPES = {
 @pytest.mark.parametrize("name", SHAPES)
 def test_not_identifiable(name, method):
     shape, status = SHAPES[name]
-    if method == "nelder-mead" and status == Status.NO_CATENARY:
-        pytest.skip("the published search gives a number; only `fast` knows that there are many")
     fits = fits_of(shape, method=method)
     assert fits.reasons() == {REASONS[status]: 1}
     assert REASONS[status].startswith("not identifiable: ")
     for name in ("alpha", "psi", "e_plane", "e_catenary", "C", "x0", "z0", "normal", "covariance", "centroid"):
         assert np.isnan(getattr(fits, name)).all(), name
-
-
-def test_straight_but_for_noise_passes_once_in_a_hundred():
-    """Mauchly's exact test with chance 0.01: of 2000 frames 20 +- 4.5 pass; 40 would be 4.5 deviations."""
-    random = np.random.default_rng(3)
-    shapes = straight([0.3, 0.5, 0.2]) + 5e-4 * random.standard_normal((2000, 12, 3))
-    fits = fits_of(shapes)
-    assert fits.reasons()[REASONS[Status.NO_PLANE]] > 1960
 
 
 def test_a_curve_out_of_any_plane_is_no_straight_line(line):

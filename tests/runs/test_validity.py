@@ -180,7 +180,9 @@ def test_unsorted_and_repeated_times_are_mended_and_told(capsys, log, markers, t
         ("time [min],x1,y1,z1", "column 'time [min]': unit 'min' is not known; use one of s, ms"),
         ("time,x1 [ft],y1,z1", "column 'x1 [ft]': unit 'ft' is not known; use one of m, cm, mm"),
         ("time,x1,y1,z1,x_1", "column 'x_1' is a second x of marker 1"),
-        ("time,marker,x,y,z", "no columns of markers"),
+        ("time,force,x,y,z", "no columns of markers"),
+        ("time,x1 [mm],y1,z1", "lengths in different units: 'x1 [mm]' in mm, 'y1' without a unit; give all columns"),
+        ("time,x1,y1,z1,x1", "2 columns are called 'x1'; rename or remove one"),
     ],
 )
 def test_tables_are_refused_by_name(capsys, tmp_path, header, message):
@@ -252,7 +254,7 @@ def test_other_files_are_refused_by_name(capsys, tmp_path):
         (("--channel", "hand"), "channel hand has no markers"),
         (("--channel", "absent"), "has no channel absent; it has wall, hand, tether, markers"),
         (("--tolerance", "5 kg"), "--tolerance: "),
-        (("--tolerance", "0%"), "--tolerance: 0 is not positive"),
+        (("--tolerance", "0%"), "--tolerance: 0% is not between 0 and 100 %"),
         (("--length", "0"), "--length: 0 is not positive"),
     ],
 )

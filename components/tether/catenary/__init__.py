@@ -1,1 +1,1 @@
-"""The static line in closed form."""
+"""The static line in a uniform load field, in closed form."""

@@ -5,94 +5,110 @@ from math import hypot, inf
 from components.compiled import kernel
 from components.contract import HEADER, Component
 from components.tether.catenary import model
-from components.tether.catenary.line import neutral, parameter, rest, sag, upward_force
-from components.tether.catenary.seabed import grounded_reach
-from components.tether.catenary.shape import reach
+from components.tether.catenary.frame import hanging_frame
+from components.tether.catenary.line import end_tensions, neutral, parameter, point, rest, sag
 from components.tether.catenary.status import TEXT
+from components.tether.catenary.validity import LARGEST, Range, assess, half_depth, speed
 
-LENGTH, WEIGHT, FLEXIBILITY, SEGMENTS, HAS_SEABED, SEABED = range(HEADER, HEADER + 6)
-END_A, END_B = 0, 9
+LENGTH, FLEXIBILITY, SEGMENTS, HAS_SEABED, SEABED, FRICTION, LOAD = range(HEADER, HEADER + 7)
+HAS_INPUT, LIMITS = LOAD + 3, LOAD + 4
+END_A, END_B, LOAD_INPUT = 0, 9, 18
 # The outputs after the nodes (n, 3) and their tensions (n,).
-FORCE_A, FORCE_B, HORIZONTAL, PARAMETER, SAG, TOUCHES, GROUNDED = 0, 3, 6, 7, 8, 9, 10
+FORCE_A, FORCE_B, HORIZONTAL, PARAMETER, SAG, TOUCHES, GROUNDED, VALIDITY = 0, 3, 6, 7, 8, 9, 10, 11
 
 
 @kernel
-def write_ends(y, after, scale, H, V_a, V_b, north, east, up):
-    """The line's forces on what holds its ends, from its force at the ends, and its horizontal tension."""
-    y[after + FORCE_A] = scale * H * north
-    y[after + FORCE_A + 1] = scale * H * east
-    y[after + FORCE_A + 2] = -up * scale * V_a
-    y[after + FORCE_B] = -scale * H * north
-    y[after + FORCE_B + 1] = -scale * H * east
-    y[after + FORCE_B + 2] = up * scale * V_b
-    y[after + HORIZONTAL] = scale * H
+def write_force(y, at, frame, along, up):
+    """The force with these parts along and against the load."""
+    y[at] = along * frame.along_x + up * frame.up_x
+    y[at + 1] = along * frame.along_y + up * frame.up_y
+    y[at + 2] = along * frame.along_z + up * frame.up_z
 
 
 @kernel
-def write_node(y, nodes, j, u, x, z, north, east, up, tension):
-    """Node j, x along the horizontal and z against the load from end a, and its tension."""
-    y[3 * j] = u[END_A] + x * north
-    y[3 * j + 1] = u[END_A + 1] + x * east
-    y[3 * j + 2] = u[END_A + 2] - up * z
+def write_node(y, nodes, j, u, frame, x, z, tension):
+    """Node j, x along and z against the load from end a, and its tension."""
+    y[3 * j] = u[END_A] + (x * frame.along_x + z * frame.up_x)
+    y[3 * j + 1] = u[END_A + 1] + (x * frame.along_y + z * frame.up_y)
+    y[3 * j + 2] = u[END_A + 2] + (x * frame.along_z + z * frame.up_z)
     y[3 * nodes + j] = tension
 
 
 @kernel
-def write_straight(L, flexibility, h, v, u, y, nodes, north, east):
-    """The status of a line without weight, and its outputs where it is taut."""
-    status, H, V = neutral(h, v, flexibility)
+def write_validity(p, u, y, nodes, q, yields, least):
+    """The measures, from the tensions and what a load across the line would shift it."""
+    limits = Range(p[LIMITS], p[LIMITS + 1], p[LIMITS + 2], p[LIMITS + 3], p[LIMITS + 4])
+    T_a, T_b = y[3 * nodes], y[4 * nodes - 1]
+    fastest = max(speed(u, END_A)[0], speed(u, END_B)[0])
+    at = 4 * nodes + VALIDITY
+    assess(y, at, u, END_A, END_B, limits, fastest, yields, T_a, T_b, least, max(T_a, T_b), q)
+
+
+@kernel
+def write_straight(p, u, y, nodes, frame, span):
+    """The status of a line without load, and its outputs where it is taut."""
+    L = p[LENGTH]
+    status, T, _ = neutral(span / L, 0.0, p[FLEXIBILITY])
     if status != 0:
         return status
     for j in range(nodes):
-        s = L * j / (nodes - 1)
-        write_node(y, nodes, j, u, s * h, s * v, north, east, 1.0, hypot(H, V))
+        write_node(y, nodes, j, u, frame, span * (j / (nodes - 1)), 0.0, T)
     after = 4 * nodes
-    write_ends(y, after, 1.0, H, V, V, north, east, 1.0)
+    write_force(y, after + FORCE_A, frame, T, 0.0)
+    write_force(y, after + FORCE_B, frame, -T, 0.0)
+    y[after + HORIZONTAL] = T
     y[after + PARAMETER] = y[after + SAG] = y[after + TOUCHES] = y[after + GROUNDED] = 0.0
+    write_validity(p, u, y, nodes, 0.0, span * span / (8.0 * T) if T > 0.0 else LARGEST, T)
     return 0
 
 
 @kernel
-def write_curved(L, weight, flexibility, h, v, p_a, p_b, u, y, nodes, north, east):
-    """The status of a line with weight, and its outputs; its catenary hangs in the direction of the weight."""
-    up = 1.0 if weight > 0.0 else -1.0
-    scale = abs(weight) * L
-    e = scale * flexibility
-    v *= up
-    status, touches, H, V, s_a, s_b = rest(h, v, e, p_a, p_b)
+def write_curved(p, u, y, nodes, frame, q, span, rise, p_a, p_b):
+    """The status of a line under the load q [N/m], and its outputs."""
+    L = p[LENGTH]
+    scale = q * L
+    e = scale * p[FLEXIBILITY]
+    status, line = rest(span / L, rise / L, e, p_a, p_b, p[FRICTION])
     if status != 0:
         return status
     for j in range(nodes):
-        s = j / (nodes - 1)
-        x, z = grounded_reach(H, s, s_a, s_b, h, p_a, e) if touches else reach(H, V, s, e)
-        tension = scale * hypot(H, upward_force(s, touches, s_a, s_b))
-        write_node(y, nodes, j, u, L * x, L * z, north, east, up, tension)
+        x, z, H, V = point(line, j / (nodes - 1))
+        write_node(y, nodes, j, u, frame, L * x, L * z, scale * hypot(H, V))
     after = 4 * nodes
-    write_ends(y, after, scale, H, -s_a, s_b, north, east, up)
-    y[after + PARAMETER] = parameter(scale * H, weight)
-    y[after + SAG] = L * (min(p_a, p_b) if touches else sag(H, V, e))
-    y[after + TOUCHES] = 1.0 if touches else 0.0
-    y[after + GROUNDED] = L * (1.0 - s_a - s_b) if touches else 0.0
+    H_a, H_b = end_tensions(line)
+    write_force(y, after + FORCE_A, frame, scale * H_a, -scale * line.s_a)
+    write_force(y, after + FORCE_B, frame, -scale * H_b, -scale * line.s_b)
+    y[after + HORIZONTAL] = scale * line.H
+    y[after + PARAMETER] = parameter(scale * line.H, q)
+    y[after + SAG] = L * (min(p_a, p_b) if line.touches else sag(line.H, line.V, e))
+    y[after + TOUCHES] = 1.0 if line.touches else 0.0
+    y[after + GROUNDED] = L * (1.0 - line.s_a - line.s_b) if line.touches else 0.0
+    middle = hypot(line.H, 0.0 if line.touches else line.V)
+    depth = L * half_depth(1.0 + e * middle, hypot(span, rise) / L)
+    write_validity(p, u, y, nodes, q, depth / q, scale * line.H)
     return 0
+
+
+@kernel
+def total_load(p, u, axis):
+    """The parameters' load along an axis and what comes in [N/m]."""
+    return p[LOAD + axis] + (u[LOAD_INPUT + axis] if p[HAS_INPUT] > 0.0 else 0.0)
 
 
 def step(t_ns, dt_ns, p, u, x, y, w):
     """The line at rest between the ends where they are now."""
-    L = p[LENGTH]
-    north = u[END_B] - u[END_A]
-    east = u[END_B + 1] - u[END_A + 1]
-    span = hypot(north, east)
-    north, east = (north / span, east / span) if span > 0.0 else (1.0, 0.0)
-    h = span / L
-    v = (u[END_A + 2] - u[END_B + 2]) / L
+    north, east, down = u[END_B] - u[END_A], u[END_B + 1] - u[END_A + 1], u[END_B + 2] - u[END_A + 2]
+    frame, q, span, rise = hanging_frame(
+        total_load(p, u, 0), total_load(p, u, 1), total_load(p, u, 2), north, east, down
+    )
     nodes = int(p[SEGMENTS]) + 1
-    if p[WEIGHT] == 0.0:
-        return write_straight(L, p[FLEXIBILITY], h, v, u, y, nodes, north, east)
+    if q == 0.0:
+        return write_straight(p, u, y, nodes, frame, span)
     p_a = p_b = inf
     if p[HAS_SEABED] > 0.0:
-        p_a = (p[SEABED] - u[END_A + 2]) / L
-        p_b = (p[SEABED] - u[END_B + 2]) / L
-    return write_curved(L, p[WEIGHT], p[FLEXIBILITY], h, v, p_a, p_b, u, y, nodes, north, east)
+        p_a = (p[SEABED] - u[END_A + 2]) / p[LENGTH]
+        p_b = (p[SEABED] - u[END_B + 2]) / p[LENGTH]
+    return write_curved(p, u, y, nodes, frame, q, span, rise, p_a, p_b)
 
 
 COMPONENT = Component(
@@ -103,6 +119,9 @@ COMPONENT = Component(
     init=step,
     step=step,
     status_text=TEXT,
-    assumptions="Uniform line without bending stiffness in still water, so slow that drag and inertia are small beside "
-    "its weight; level seabed without friction.",
+    terms=model.terms,
+    validity="validity.range",
+    assumptions="Uniform line without bending stiffness under a uniform load, so slow that other drag and inertia are "
+    "small beside it; level seabed with Coulomb friction towards an anchored end. "
+    "Valid where all of `validity` is below 1.",
 )

@@ -23,10 +23,12 @@ _SMALL_STEP = 1e-9
 # that are ill-conditioned (near-taut and very stiff, or with a horizontal force far below the weight).
 _SETTLED = 3
 # Misfit of a result, in lengths; beyond it the line says that it did not converge.
-_ACCEPTED = 1e-14
+_ACCEPTED = 2e-14
 # Sum of the ends' tensions in weights from which one term of the series of phi S - 2 is as good as a Newton step needs
 # (1e-4), and below which the difference is (1e-12).
 _STRAIGHT = 100.0
+# By how much of the length the parabola's end may miss the catenary's: the tenth part of a rounding.
+_SHALLOW = 2e-17
 
 
 @kernel
@@ -59,23 +61,21 @@ def taut_tension(c, e, n):
     """Tension of a shallow parabola: e T^3 - (c - 1) T^2 = n^2/24, with c the chord and n = h/c (Irvine 1981, 1.3)."""
     q = n * n / 24.0
     T = max((c - 1.0) / e, 0.0) + (q / e) ** (1.0 / 3.0)  # above the root, from where Newton's steps only fall
-    for _ in range(20):
+    for _ in range(_ITERATIONS):
         dT = (T * T * (e * T - (c - 1.0)) - q) / (T * (3.0 * e * T - 2.0 * (c - 1.0)))
         T -= dT
-        if dT <= 1e-3 * T:  # only a start
+        if dT <= _SMALL_STEP * T:
             break
     return T
 
 
 @kernel
-def start(h, v, e):
+def start(h, v, e, c, T):
     """(H, V) to begin with: the inextensible line's where it is slack beyond its stretch, else the parabola's."""
-    c = hypot(h, v)
     if c < 1.0:
         status, H, V = inextensible(h, v)
         if status == 0 and e * (hypot(H, V) + 0.5) < 0.3 * (1.0 - c):
             return H, V
-    T = taut_tension(c, e, h / c)
     return T * h / c, T * v / c
 
 
@@ -105,7 +105,12 @@ def elastic(h, v, e):
     """(status, H, V): force at the middle of a line of unit length and weight over span h >= 0 and rise v; e > 0."""
     if h <= VERTICAL:
         return 0, 0.0, vertical(v, e)
-    H, V = start(h, v, e)
+    c = hypot(h, v)
+    n = h / c
+    T = taut_tension(c, e, n)
+    if e * T + n * n / (12.0 * T * T) < _SHALLOW * T * T:  # the parabola's tension lacks terms of 1/T^2 of it
+        return 0, T * (h / c), T * (v / c)
+    H, V = start(h, v, e, c, T)
     settled = 0
     for _ in range(_ITERATIONS):
         r_x, r_z = misfit(H, V, e, h, v)
@@ -115,7 +120,8 @@ def elastic(h, v, e):
         small = abs(dH) <= _SMALL_STEP * H and abs(dV) <= _SMALL_STEP * hypot(H, V)
         if small or abs(r_x) + abs(r_z) <= _ROUNDING * (1.0 + h + abs(v)):
             settled += 1
-        if small:
+        rounded = abs(r_x) + abs(r_z) <= _ACCEPTED * (1.0 + h + abs(v))
+        if small or (rounded and abs(dH) < 0.5 * H):  # no slope to search along is left above rounding
             H += dH
             V += dV
         else:

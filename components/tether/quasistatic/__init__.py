@@ -1,0 +1,1 @@
+"""The line at rest in a current, or towed steadily."""
