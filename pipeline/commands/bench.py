@@ -37,6 +37,8 @@ def _rows(path: Path) -> list[Row]:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look their module up by name
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))  # a benchmark may import what lies beside it
     spec.loader.exec_module(module)
     return module.rows()
 

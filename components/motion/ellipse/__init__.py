@@ -1,0 +1,1 @@
+"""A point on an ellipse."""
