@@ -49,7 +49,8 @@ def test_cantilever_bends_as_the_elastica(cable, load):
 def test_column_buckles_at_eulers_load(cable):
     """P = pi^2 EI / L^2, a little more when bent: by 1 + d/2 at an end shortening d = 0.002 (Timoshenko 1961, 2.7).
 
-    The lumped column carries (2 n / pi sin(pi / 2 n))^2 of it; 1e-4 is left for the weight that makes it buckle, 4 w / (pi^3 a) of a deflection a = 0.03.
+    The lumped column carries (2 n / pi sin(pi / 2 n))^2 of it; 1e-4 is left for the weight that makes it buckle,
+    4 w / (pi^3 a) of a deflection a = 0.03.
     """
     n, d = 40, 0.002
     column = cable(

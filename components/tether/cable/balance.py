@@ -11,6 +11,9 @@ from components.tether.cable.part import part, whole
 # Softens a segment's length so that one squeezed to a point has a tangent (zero) and no NaN; times l0, squared.
 POINT = 1e-16
 EPSILON = 2.0**-52
+# Penalty of an inextensible part over its inertia in the time scheme, c_c^2 m: an iteration leaves about 1 % of the
+# stretch.
+OUTWEIGH = 100.0
 
 
 @kernel
@@ -28,16 +31,18 @@ def axial(stretch, rate, last, s, c_c):
 
 
 @kernel
-def multiplier(stretch, last, s):
+def multiplier(stretch, last, s, c_c):
     """Tension [N] of an inextensible part and the penalty [N/m], by the method of multipliers (Hestenes 1969).
 
     T = last + k stretch: each linear solution takes this T for the next `last`, so that it comes to rest only where
-    the stretch is nothing, whatever the penalty k.
+    the stretch is nothing, whatever the penalty k; the faster, the more k outweighs the inertia of a short step. At an
+    instant (c_c = 0), where only accelerations are sought, the tension stays near the last.
     """
-    tension = last + s.k * stretch
+    k = s.k + OUTWEIGH * c_c * c_c * (s.mass + s.added_n)
+    tension = last + k * stretch
     if s.tension_only and tension <= 0.0 and not last > 0.0:
         return 0.0, 0.0
-    return tension, s.k
+    return tension, k
 
 
 @kernel
@@ -90,7 +95,7 @@ def fill(line, w, c_m, c_c, special):
         rate = tx * (vx - ux) + ty * (vy - uy) + tz * (vz - uz)
         tension, slope = axial(length - s.l0, rate, w[b + T], s, c_c)
         if special is not None and s.inextensible:
-            tension, slope = multiplier(length - s.l0, w[b + T], s)
+            tension, slope = multiplier(length - s.l0, w[b + T], s, c_c)
         if i == line.cut:
             tension, slope = 0.0, 0.0
         g = max(w[b + T], 0.0) * inverse
@@ -174,14 +179,16 @@ def imbalance(line, w, first, last):
 
 
 @kernel
-def allowance(line, w, tolerance):
+def allowance(line, w, tolerance, c_c):
     """Imbalance [N] to put up with: the tolerance times dry weight plus largest tension, and rounding in the lengths.
 
     The tension is the last linear solution's. A position of size |q| is known to |q| EPSILON, a tension to k times it.
+    c_c: the time scheme's, 0 at rest.
     """
     tension, reach = 0.0, 0.0
     for i in range(line.n):
         b = i * SCRATCH
         tension = max(tension, abs(w[b + T]))
         reach = max(reach, abs(w[b + Q]), abs(w[b + Q + 1]), abs(w[b + Q + 2]))
-    return tolerance * (line.dry_weight + tension) + 4.0 * EPSILON * line.k * reach
+    k = line.k + (OUTWEIGH * c_c * c_c * (line.mass + line.added_n) if line.inextensible else 0.0)
+    return tolerance * (line.dry_weight + tension) + 4.0 * EPSILON * k * reach

@@ -9,7 +9,8 @@ from components.tether.cable.breaking import overloaded
 from components.tether.cable.dynamics import scheme
 from components.tether.cable.ends import give_cross, give_force, give_law
 from components.tether.cable.line import BONDED, FREE, SCRATCH, TC, Q, present, store, unpack
-from components.tether.cable.stepping import Account, at_fraction, bonded, march, remember, start, try_on
+from components.tether.cable.start import start
+from components.tether.cable.stepping import Account, at_fraction, bonded, march, remember, try_on
 from components.tether.cable.terms import terms
 from components.tether.cable.validity import MEASURES, measure
 from components.tether.cable.winch import assemble
@@ -144,7 +145,7 @@ COMPONENT = Component(
     terms=terms,
     validity="validity.range",
     assumptions=(
-        "No torsion, small axial strain, level sea bed; long-crested linear waves, in which the whole line is under water; "
-        "segments short against the line's radius of curvature and the wave lengths of its motion."
+        "No torsion, small axial strain, level sea bed; long-crested linear waves, in which the whole line is under "
+        "water; segments short against the line's radius of curvature and the wave lengths of its motion."
     ),
 )

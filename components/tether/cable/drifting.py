@@ -65,7 +65,7 @@ def step_from_rest(line, w, h):
         sample(line, w, line.t, False)
         assemble(line, w, s.c_m, s.c_c)
         residual = imbalance(line, w, first, last)
-        if residual <= allowance(line, w, ROUGH):
+        if residual <= allowance(line, w, ROUGH, s.c_c):
             return iteration, True
         if not isfinite(residual):
             break

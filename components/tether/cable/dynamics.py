@@ -186,7 +186,7 @@ def newton(line, s, w):
     Returns iterations, largest imbalance [N], what is to be put up with [N], and whether it is within that.
     """
     first, last = first_unknown(line), last_unknown(line)
-    allowed = allowance(line, w, line.tolerance)
+    allowed = allowance(line, w, line.tolerance, s.c_c)
     iterations = 0
     while True:
         assemble(line, w, s.c_m, s.c_c)

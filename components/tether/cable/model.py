@@ -134,7 +134,7 @@ class Cable(Parameters):
         return self
 
     # stepping, winch, break
-    accuracy: float = quantity("1", "position error that a sub-step may make, over the length", 3e-5, gt=0)
+    accuracy: float = quantity("1", "position error that a sub-step may make, over the length", 1e-5, gt=0)
     breaking_load: float = quantity("N", "tension at which the line breaks; 0: it never does", 0.0, tunable=True, ge=0)
     cut: int = quantity("1", "segment to cut now, the first at end a being 1; 0: none", 0, tunable=True, ge=0)
     winch: Winch = choice("the end at which a winch pays the line out and hauls it in", "none")

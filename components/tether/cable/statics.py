@@ -142,7 +142,7 @@ def settle(line, w):
         assemble(line, w, shift * unit, 0.0)
         residual = imbalance(line, w, first, last)
         stalled = least >= 0.0 and residual >= 0.5 * least
-        if residual == 0.0 or (residual <= allowance(line, w, ROUNDED) and stalled):
+        if residual == 0.0 or (residual <= allowance(line, w, ROUNDED, 0.0) and stalled):
             return residual, True
         least = residual if least < 0.0 else min(least, residual)
         if line.full:
@@ -150,8 +150,8 @@ def settle(line, w):
         else:
             linear.solve(line, w, first, last)
         correct(line, w, first, last, 0.0, 0.0, step_length(line, w, first, last))
-        shift = min(max(residual / allowance(line, w, 1.0) * LARGEST_SHIFT, LEAST_SHIFT), LARGEST_SHIFT)
-    return residual, residual <= allowance(line, w, ROUNDED)
+        shift = min(max(residual / allowance(line, w, 1.0, 0.0) * LARGEST_SHIFT, LEAST_SHIFT), LARGEST_SHIFT)
+    return residual, residual <= allowance(line, w, ROUNDED, 0.0)
 
 
 @kernel

@@ -1,10 +1,10 @@
-"""One step of the line between its ends' motions at two instants, in sub-steps; its trial step, and its start."""
+"""One step of the line between its ends' motions at two instants, in sub-steps, and its trial step."""
 
 from math import inf
 from typing import NamedTuple
 
 from components.compiled import kernel
-from components.tether.cable import balance, flow, linear, seabed, winch
+from components.tether.cable import balance, flow, seabed, winch
 from components.tether.cable.breaking import overloaded
 from components.tether.cable.dynamics import align, finish, newton, predict, scheme
 from components.tether.cable.ends import place
@@ -19,9 +19,7 @@ from components.tether.cable.line import (
     SCALE,
     SCRATCH,
     STATE,
-    TC,
     A,
-    R,
     T,
     V,
     first_unknown,
@@ -34,14 +32,12 @@ from components.tether.cable.line import (
     unpack,
 )
 from components.tether.cable.snap import impact
-from components.tether.cable.statics import equilibrium
+from components.tether.cable.start import accelerate
 
 # The shortest sub-step is the longest one halved so often.
 HALVINGS = 10
 # The error of a sub-step grows by 2^3 when it is doubled; it is doubled where it leaves twice that.
 ROOM = 1.0 / 16.0
-# Reciprocal of a time so short that a node's acceleration owes nothing to its neighbours' reaction [1/s^2].
-INSTANT = 1e30
 
 
 class Attempt(NamedTuple):
@@ -74,6 +70,26 @@ class Account(NamedTuple):
     payout_change: float
 
 
+class Sums(NamedTuple):
+    """What the accepted sub-steps of a period come to; iterations of those tried in vain too."""
+
+    iterations: int
+    excess: float
+    residual: float
+    error: float
+    snap: float
+    sub_steps: int
+
+
+class Division(NamedTuple):
+    """How the period may be divided."""
+
+    shortest: int  # sub-steps in it if all were the shortest
+    halvings: int
+    fixed: bool  # whether the user or a bond fixes the sub-step
+    accuracy: float  # position error of a sub-step that is put up with [m]
+
+
 @kernel
 def bonded(line):
     """Whether an end exchanges a force law with a body."""
@@ -101,20 +117,6 @@ def calm(line, x, w, h):
             mean = (w[i * SCRATCH + V + c] - x[i * STATE + V + c]) / h
             w[i * SCRATCH + ACC + c] = mean
             w[i * SCRATCH + A + c] = mean
-
-
-@kernel
-def accelerate(line, w):
-    """Give the free nodes the acceleration that their own balance asks for, true and algorithmic."""
-    first, last = first_unknown(line), last_unknown(line)
-    if first > last:
-        return
-    balance.assemble(line, w, INSTANT, 0.0)
-    linear.solve(line, w, first, last)
-    for i in range(first, last + 1):
-        for c in range(3):
-            w[i * SCRATCH + ACC + c] += INSTANT * w[i * SCRATCH + R + c]
-            w[i * SCRATCH + A + c] = w[i * SCRATCH + ACC + c]
 
 
 @kernel
@@ -172,6 +174,50 @@ def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
 
 
 @kernel
+def division(line):
+    """The user's sub-steps, or the period and its halves; one on a bond, whose ends follow the body's scheme."""
+    fixed, halvings = line.sub_steps > 0 or bonded(line), 0 if bonded(line) else HALVINGS
+    return Division(max(line.sub_steps, 1) << halvings, halvings, fixed, inf if fixed else line.accuracy)
+
+
+@kernel
+def set_aside(line, w):
+    """Keep the nodes as a sub-step finds them."""
+    store(line.n, w, w, saved(line))
+    if line.anchors:
+        seabed.set_aside(line, w)
+
+
+@kernel
+def put_back(line, w):
+    """Return the nodes to what was set aside."""
+    load(line.n, w, saved(line), w)
+    if line.anchors:
+        seabed.put_back(line, w)
+
+
+@kernel
+def tried(sums, part):
+    """The sums with the iterations of a sub-step that is taken again."""
+    iterations = sums.iterations + part.iterations
+    return Sums(iterations, sums.excess, sums.residual, sums.error, sums.snap, sums.sub_steps)
+
+
+@kernel
+def counted(sums, part):
+    """The sums with an accepted sub-step."""
+    excess, residual = sums.excess, sums.residual
+    if not part.residual <= residual:  # so that one that is not finite is kept
+        residual = part.residual
+    if not part.residual <= excess * part.allowed:
+        excess = part.residual / part.allowed
+    return Sums(
+        sums.iterations + part.iterations, excess, residual, max(sums.error, part.error), max(sums.snap, part.snap),
+        sums.sub_steps + 1,
+    )  # fmt: skip
+
+
+@kernel
 def march(p, t, x, u, w, h):
     """Advance the line over the step of h [s] from the state x to the end motions in u; the new nodes are in w.
 
@@ -179,61 +225,48 @@ def march(p, t, x, u, w, h):
     it does. One whose iteration fails or, where the line chooses them itself, whose position error exceeds the
     accuracy, is halved; so is one in which the line breaks, down to the shortest, at whose end it is cut. After a
     failure rho_inf = 0 to the period's end, which an impact does not excite. If the shortest fails too, one step over
-    the whole period stands as the iteration left it. So does a bonded line's at once: its ends follow the body's
-    scheme over the whole step.
+    the whole period stands as the iteration left it.
     """
     line = unpack(p, t)
     if line.water:
         flow.hear(line, u, w)
-    k, keep = tail(line), saved(line)
-    fixed, halvings = line.sub_steps > 0 or bonded(line), 0 if bonded(line) else HALVINGS
-    accuracy = inf if fixed else line.accuracy
-    level = 0 if fixed else int(x[k + LEVEL])
-    end = max(line.sub_steps, 1) << halvings
-    cut = int(x[k + CUT]) - 1 if x[k + CUT] > 0.0 else line.event_cut - 1
-    at, rough, iterations, sub_steps, excess, residual, error, snap = 0, False, 0, 0, 0.0, 0.0, 0.0, 0.0
+    d = division(line)
+    level = 0 if d.fixed else int(x[tail(line) + LEVEL])
+    cut = int(x[tail(line) + CUT]) - 1 if x[tail(line) + CUT] > 0.0 else line.event_cut - 1
     lead = begin(at_fraction(p, line, x, u, h, 0.0, cut), x, w, h, cut)
-    while at < end:
-        to = at + (1 << (halvings - level))
-        line = at_fraction(p, line, x, u, h, to / end, cut)
-        store(line.n, w, w, keep)
-        if line.anchors:
-            seabed.set_aside(line, w)
-        s = scheme(0.0 if rough or slack(line, w) else line.rho_inf, h * ((to - at) / end))
-        part = attempt(line, s, x, u, w, w, keep, h, at, to, end, accuracy, lead)
-        iterations += part.iterations
+    at, rough, sums = 0, False, Sums(0, 0.0, 0.0, 0.0, 0.0, 0)
+    while at < d.shortest:
+        to = at + (1 << (d.halvings - level))
+        line = at_fraction(p, line, x, u, h, to / d.shortest, cut)
+        set_aside(line, w)
+        s = scheme(0.0 if rough or slack(line, w) else line.rho_inf, h * ((to - at) / d.shortest))
+        part = attempt(line, s, x, u, w, w, saved(line), h, at, to, d.shortest, d.accuracy, lead)
         broken = overloaded(line, w) if cut < 0 else -1
-        if level < halvings and (not part.converged or part.error > accuracy or broken >= 0):
+        if level < d.halvings and (not part.converged or part.error > d.accuracy or broken >= 0):
             rough = rough or not part.converged
             level += 1
-            load(line.n, w, keep, w)
-            if line.anchors:
-                seabed.put_back(line, w)
+            sums = tried(sums, part)
+            put_back(line, w)
             continue
-        if not part.converged and halvings > 0:
+        if not part.converged and d.halvings > 0:
             lead = begin(line, x, w, h, cut)
-            to, s = end, scheme(0.0, h)
+            to, s = d.shortest, scheme(0.0, h)
             line = at_fraction(p, line, x, u, h, 1.0, cut)
-            part = attempt(line, s, x, u, w, x, 0, h, 0, end, end, inf, lead)
-        at, lead, sub_steps = to, part.lead, sub_steps + 1
-        if not part.residual <= residual:  # so that one that is not finite is kept
-            residual = part.residual
-        if not part.residual <= excess * part.allowed:
-            excess = part.residual / part.allowed
-        error, snap = max(error, part.error), max(snap, part.snap)
+            part = attempt(line, s, x, u, w, x, 0, h, 0, to, to, inf, lead)
+        at, lead, sums = to, part.lead, counted(sums, part)
         if broken >= 0:
             cut = broken
-            line = at_fraction(p, line, x, u, h, at / end, cut)
+            line = at_fraction(p, line, x, u, h, at / d.shortest, cut)
             cut_at(line, w, cut)
             balance.assemble(line, w, s.c_m, s.c_c)
-        easy = fixed or part.error < ROOM * accuracy
-        if level > 0 and easy and not rough and at % (2 << (halvings - level)) == 0:
+        easy = d.fixed or part.error < ROOM * d.accuracy
+        if level > 0 and easy and not rough and at % (2 << (d.halvings - level)) == 0:
             level -= 1
-    if rough or excess > 1.0:
+    if rough or sums.excess > 1.0:
         calm(line, x, w, h)
     return Account(
-        iterations, excess, residual, excess <= 1.0, error, snap, sub_steps, lead, level, cut, line.scale, line.payout,
-        line.payout_change,
+        sums.iterations, sums.excess, sums.residual, sums.excess <= 1.0, sums.error, sums.snap, sums.sub_steps, lead,
+        level, cut, line.scale, line.payout, line.payout_change,
     )  # fmt: skip
 
 
@@ -257,46 +290,3 @@ def try_on(line, w, h):
     if line.water:
         flow.sample(line, w, line.t + h, True)
     return newton(line, s, w).converged
-
-
-@kernel
-def set_moving(line, w):
-    """Give the free nodes the ends' velocities, interpolated, and the acceleration their own balance asks for.
-
-    A free end moves with the held one.
-    """
-    first, last = first_unknown(line), last_unknown(line)
-    a = 0 if first == 1 else line.n * SCRATCH
-    b = line.n * SCRATCH if last == line.n - 1 else 0
-    moving = 0.0
-    for c in range(3):
-        va, vb = w[a + V + c], w[b + V + c]
-        moving += abs(va) + abs(vb)
-        for i in range(first, last + 1):
-            w[i * SCRATCH + V + c] = va + (vb - va) * i / line.n
-    if moving > 0.0:
-        accelerate(line, w)
-
-
-@kernel
-def start(line, x, u, w, h):
-    """Hang the line in equilibrium between the ends of u and set it moving with them; the nodes are in w.
-
-    The algorithmic acceleration starts as the true one. Returns the imbalance at rest [N] and whether it is rounding.
-    """
-    if line.water:
-        flow.hear(line, u, w)
-    place(line, x, u, w, h, 1, 1)
-    residual, settled = equilibrium(line, w)
-    place(line, x, u, w, h, 1, 1)
-    if line.water:
-        flow.sample(line, w, line.t, True)
-    set_moving(line, w)
-    s = scheme(line.rho_inf, h)
-    balance.assemble(line, w, s.c_m, s.c_c)
-    for i in range(line.n + 1):
-        b = i * SCRATCH
-        for c in range(3):
-            w[b + A + c] = w[b + ACC + c]
-        w[b + T] = w[b + TC] if i < line.n else 0.0
-    return residual, settled

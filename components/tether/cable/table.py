@@ -55,21 +55,27 @@ class Places(NamedTuple):
 def places(cable: Cable) -> Places:
     """The layout of w and x behind the nodes' records."""
     nodes = cable.segments + 1
-    end, found = (SCRATCH + STATE + (ON_MESH if cable.winch != "none" else 0)) * nodes, []
+    end = (SCRATCH + STATE + (ON_MESH if cable.winch != "none" else 0)) * nodes
+
+    def put(is_on: bool, size: int) -> int:
+        nonlocal end
+        place = end if is_on else 0
+        end += size if is_on else 0
+        return place
+
     has_water = bool(cable.current_input or cable.waves or cable.current_profile or any(cable.current))
     has_anchors = cable.seabed is not None and cable.seabed_friction > 0.0
     has_band = any(section.stiff > 0.0 for section in spans(cable))
-    needs = (
-        (has_water, WATER * nodes + 3),
-        (has_anchors, 2 * ANCHOR * nodes),
-        (has_band, BAND * nodes),
-        (has_water, FULL * nodes),
-    )
-    for is_on, size in needs:
-        found.append(end if is_on else 0)
-        end += size if is_on else 0
     memory = STATE * nodes + (SCALE if cable.winch == "none" else RATE + 1)
-    return Places(*found, memory if has_anchors else 0, end, memory + (ANCHOR * nodes if has_anchors else 0))
+    return Places(
+        water=put(has_water, WATER * nodes + 3),
+        anchors=put(has_anchors, 2 * ANCHOR * nodes),
+        band=put(has_band, BAND * nodes),
+        full=put(has_water, FULL * nodes),
+        memory=memory if has_anchors else 0,
+        workspace=end,
+        state=memory + (ANCHOR * nodes if has_anchors else 0),
+    )
 
 
 class Span(NamedTuple):

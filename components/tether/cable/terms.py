@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 
 def terms(cable: Cable) -> tuple[Term, ...]:
-    """The line's terms in the order in which the balance adds them."""
-    return (*_line(cable), *_water(cable), *_bed(cable), *_pieces(cable))
+    """The line's terms in the order in which the balance adds them, then what changes it in time and the stepping."""
+    return (*_line(cable), *_water(cable), *_bed(cable), *_pieces(cable), *_changes(cable))
 
 
 def _line(cable: Cable) -> tuple[Term, ...]:
@@ -56,4 +56,22 @@ def _pieces(cable: Cable) -> tuple[Term, ...]:
     return (
         Term("sections", sections > 0, f"sections has {sections} parts"),
         Term("clumps", clumps > 0, f"clumps has {clumps}"),
+    )
+
+
+def _changes(cable: Cable) -> tuple[Term, ...]:
+    winch, load, cut = cable.winch, cable.breaking_load, cable.cut
+    bonded, fixed = cable.bond_a or cable.bond_b, cable.sub_steps
+    limit = f"breaking_load is {load:g} N" if load else "no breaking_load"
+    told = f"; an event cuts segment {cut}" if cut else ""
+    if bonded:
+        stepping = "on a bond the line takes one step a period"
+    elif fixed:
+        stepping = f"sub_steps is {fixed}"
+    else:
+        stepping = f"a sub-step's positions are kept to {cable.accuracy * cable.length:.2g} m (accuracy)"
+    return (
+        Term("winch", winch != "none", "no winch" if winch == "none" else f"winch is at end {winch}"),
+        Term("breaking", load > 0.0 or cut > 0, limit + told),
+        Term("error control", not bonded and not fixed, stepping),
     )
