@@ -23,7 +23,9 @@ COMMANDS = {
     "diff": "compare two logs",
     "validity": "judge whether a catenary was a valid model of a recorded line",
     "report": "write the validity of a recorded line as an HTML page",
+    "host": "offer this machine to a conductor on another one",
     "export": "write a log's channels as parquet or csv",
+    "fmu": "build an FMU from a component, or tell what one contains",
     "catenary": "static catenary between two points",
     "bench": "measure speed against error",
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -31,7 +31,11 @@ BOND_PORTS = (
 
 
 class Conductor:
-    """One run of a graph in this process."""
+    """One run of a graph in this process.
+
+    remarks: what happened to hosts, until somebody takes it; tell: is told at once. poll: called while waiting, may
+    raise KeyboardInterrupt. written: by hosts to their standard streams, after close().
+    """
 
     def __init__(self, graph: Graph):
         """Lay the graph out in memory; compiles components that are not in the cache."""
@@ -41,6 +45,10 @@ class Conductor:
         self.block = block_ticks(graph.base_ns)
         self.fired: list[Firing] = []
         self._tables = self.memory.tables
+        self.remarks: list[tuple[int, str]] = []  # (simulated time [ns], what happened to a host)
+        self.tell: Callable[[str], None] = lambda _: None
+        self.poll: Callable[[], None] = lambda: None
+        self.written = ""
         self._slice = 1
         loop.prepare(self._tables, self.memory.inits)
 
@@ -53,20 +61,25 @@ class Conductor:
         """Simulated time [ns] at which a tick ends."""
         return self.graph.start_ns + tick * self.graph.base_ns
 
+    def open(self) -> None:
+        """Make ready whatever steps the graph; before initialise(), and after restore()."""
+
     def initialise(self) -> None:
         """Run every init at t0 and capture y(t0). Raises StepError."""
         loop.initialise(self._tables, self.memory.inits, len(self.graph.nodes), self.graph.start_ns)
         self._raise_if_stopped(self.graph.start_ns)
 
-    def run(self, until: int, slice_ticks: int | None = None) -> Iterator[None]:
+    def run(self, until: int, slice_ticks: Callable[[], int | None] = lambda: None) -> Iterator[None]:
         """Advance to tick `until` and yield after every slice, which never crosses a block end or an event.
+
+        slice_ticks: asked before each slice, None for what suits the machine.
 
         The rows captured are there until the next slice. Raises StepError after yielding what led up to it.
         """
         while self.tick < until:
             self.fired = self.events.fire(self.tick)
             self._begin_rows()
-            self._advance(min(until, self._next_stop(slice_ticks)))
+            self._advance(min(until, self._next_stop(slice_ticks())))
             yield
             self._raise_if_stopped(self.time_ns(self.tick + 1))
 
@@ -95,6 +108,13 @@ class Conductor:
         k.clock[TICK] = snapshot.tick
         self._begin_rows()
 
+    def host_counts(self) -> dict[str, dict[str, int]]:
+        """What happened to hosts; here there are none."""
+        return {}
+
+    def close(self) -> None:
+        """Give up what the run holds beside memory."""
+
     def bond_energies(self) -> dict[str, dict[str, float]]:
         """Residual and throughput [J] of every bond, and how many of its steps stayed beyond the tolerance."""
         names = {"residual_J": RESIDUAL, "throughput_J": THROUGHPUT, "unconverged": UNCONVERGED}
@@ -113,9 +133,13 @@ class Conductor:
     def _advance(self, until: int) -> None:
         """One slice; the next one's length follows from how long this one took, at most doubling."""
         before, began = self.tick, time.perf_counter()
-        loop.advance(self._tables, until, self.graph.start_ns, self.graph.base_ns)
+        self._advance_to(until)
         took = max(time.perf_counter() - began, 1e-6)
         self._slice = max(1, min(2 * self._slice, int((self.tick - before) * SLICE_S / took)))
+
+    def _advance_to(self, until: int) -> None:
+        """Make the ticks up to `until`, fewer where a component stops the run."""
+        loop.advance(self._tables, until, self.graph.start_ns, self.graph.base_ns)
 
     def _raise_if_stopped(self, t_ns: int) -> None:
         status, failed = (int(n) for n in self._tables.clock[STATUS:])
@@ -134,11 +158,14 @@ class Conductor:
         values = self._tables.board[self.memory.spans["y"][failed]]
         if status == NON_FINITE and not np.isfinite(values).all():
             return f"its output {_first_non_finite(node.outputs, values)} is not finite"
-        host = self.memory.python.get(failed)
-        if status == RAISED and host is not None and host.error is not None:
-            said = str(host.error).strip().partition("\n")[0]
-            return f"its Python code raised {type(host.error).__name__}{': ' if said else ''}{said}"
+        if status == RAISED and (raised := self._raised(failed)):
+            return f"its Python code raised {raised}"
         return node.component.status_text.get(status, f"status {status}, which it does not explain")
+
+    def _raised(self, failed: int) -> str:
+        """What a component's Python code raised; "" if nothing."""
+        host = self.memory.python.get(failed)
+        return host.raised() if host is not None else ""
 
     def _inputs(self, failed: int) -> str:
         """The inputs it had, shortened."""

@@ -15,6 +15,7 @@ from pipeline.quantities import nanoseconds, shown, si_value
 from pipeline.yaml_source import Items, Table, Tree, plain
 
 IDENTIFIER = re.compile(r"[a-z][a-z0-9_]*")
+NOT_A_NAME = "not a name; expected small letters, digits and _, beginning with a letter"
 _EVERY = re.compile(r"every\s+(.+)")
 _NAME = re.compile(r"(?!\.)[A-Za-z0-9_. -]{1,64}")
 
@@ -112,6 +113,8 @@ class Settings(_Part):
     scene: Annotated[int | None, BeforeValidator(_scene)] = 40_000_000  # 25 Hz, a film's rate
     components: Annotated[Entries, Field(min_length=1)] = Field(description="a mapping of names to components")
     bonds: Entries = {}
+    hosts: Entries = {}
+    machines: Entries = {}
     events: list[Any] = []
 
 
@@ -123,6 +126,7 @@ class ComponentEntry(_Part):
     parameters: Entries = {}
     inputs: Entries = {}
     record: Annotated[Record, BeforeValidator(_record)] = Record()
+    overdue: Duration | None = Field(None, description="wall time that a step may take on another host, such as '1 s'")
 
 
 class SignalEntry(_Part):
@@ -153,6 +157,12 @@ class BondEntry(_Part):
     line: str = Field(description="a line's end such as tether.end_b")
     tolerance: Annotated[float, BeforeValidator(_newton)] = 1e-3
     rounds: Annotated[int, Field(ge=1, le=100)] = 8
+
+
+class MachineEntry(_Part):
+    """A host that is not a process of this machine; limit: wall time that the run waits for it to answer."""
+
+    limit: Duration = 30_000_000_000
 
 
 class EventEntry(_Part):

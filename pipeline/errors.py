@@ -53,5 +53,9 @@ class StepError(TowlineError):
     """A component stopped the run: bad status or non-finite output; names component, port, time and inputs."""
 
 
+class HostError(StepError):
+    """A host of a distributed run refused, died again and again, or stayed away; names host, component and step."""
+
+
 class LogError(TowlineError):
     """A log cannot be read, written, resumed or replayed."""

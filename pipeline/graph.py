@@ -107,6 +107,11 @@ class Graph:
     start_ns: int = 0  # t0
 
 
+def execution_order(graph: Graph) -> list[tuple[int, ...]]:
+    """Groups of node indices, in the order in which a tick runs them."""
+    return [group for stage in graph.stages for group in stage]
+
+
 def alone(graph: Graph, node: Node) -> Graph:
     """A graph of one node and the events that touch it; its inputs are left to the caller.
 

@@ -49,6 +49,12 @@ def refusal(error: Exception) -> str:
     return reason[:300] + _place(text)
 
 
+def names_in(component: Component) -> set[str]:
+    """All names that the component's functions and the kernels they call use."""
+    reached = _reached(component) if component.compiled else ()
+    return {name for function in reached for code in _codes(function.__code__) for name in code.co_names}
+
+
 def _place(text: str) -> str:
     """The innermost place that numba names outside its own sources and the generated binding."""
     for path, line in _PLACE.findall(text):

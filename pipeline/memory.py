@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from components import compiled
+from components.contract import N_U, N_W, N_X
 from pipeline.errors import TowlineError
-from pipeline.graph import Graph, Node, OtherEnd
+from pipeline.graph import Graph, Node, OtherEnd, execution_order
 from pipeline.hosts.python import PythonHost
 from pipeline.kernels import refusal
 from pipeline.loop_tables import BOND_ROW, BOND_STATE, LAW, Tables
@@ -35,11 +36,6 @@ class Memory:
     row_starts: np.ndarray  # (channels,) where each channel's captured rows begin
     row_lengths: np.ndarray  # (channels,) numbers a row, time included
     capture_ticks: int
-
-
-def execution_order(graph: Graph) -> list[tuple[int, ...]]:
-    """Groups of node indices, in the order in which a tick runs them."""
-    return [group for stage in graph.stages for group in stage]
 
 
 def _spans(sizes: list[int]) -> list[slice]:
@@ -99,13 +95,12 @@ def _terms(
 def _vectors(graph: Graph) -> tuple[list[np.ndarray], dict[str, list[slice]]]:
     """Each node's packed p, and the spans of all vectors in their arrays."""
     packed = [node.component.pack(node.parameters, node.seed) for node in graph.nodes]
-    sizes = [node.component.sizes(node.parameters) for node in graph.nodes]
     spans = {
         "p": _spans([len(p) for p in packed]),
-        "u": _spans([sum(port.size for port in node.inputs) for node in graph.nodes]),
-        "x": _spans([s.state for s in sizes]),
-        "y": [slice(node.start, node.start + sum(port.size for port in node.outputs)) for node in graph.nodes],
-        "w": _spans([s.workspace for s in sizes]),
+        "u": _spans([int(p[N_U]) for p in packed]),
+        "x": _spans([int(p[N_X]) for p in packed]),
+        "y": [slice(node.start, node.start + node.width) for node in graph.nodes],
+        "w": _spans([int(p[N_W]) for p in packed]),
     }
     return packed, spans
 
@@ -149,8 +144,8 @@ def lay_out(graph: Graph) -> Memory:
     terms, gains, offsets, delayed, initial, first = _terms(graph, spans["u"])
     lengths, starts, total, ticks = _capture_layout(graph)
     parameters = np.concatenate([*packed, np.zeros(1)])
-    arrays = {"p": parameters, "u": _array(spans["u"][-1].stop), "x": _array(spans["x"][-1].stop)}
-    arrays |= {"y": _array(graph.board + len(initial)), "w": _array(spans["w"][-1].stop)}
+    arrays = {v: _array(max((span.stop for span in spans[v]), default=0)) for v in "uxw"}
+    arrays |= {"p": parameters, "y": _array(graph.board + len(initial))}
     arrays["y"][graph.board :][: len(initial)] = initial
     rows, inits, python, entries = [], [], {}, []
     for i, node in enumerate(graph.nodes):

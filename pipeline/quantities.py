@@ -118,6 +118,18 @@ def converts(given: str, wanted: str) -> bool:
     return True
 
 
+def base_units(unit: str) -> tuple[dict[str, float], Decimal, Decimal]:
+    """Powers of pint's base units (in SI) by name, and factor and offset: value in them = factor * value + offset.
+
+    Raises ValueError if it is no unit.
+    """
+    _dimension(unit)
+    registry = _registry()
+    zero, one = (registry.Quantity(Decimal(n), registry.parse_units(unit)).to_base_units() for n in (0, 1))
+    powers = {str(name): float(power) for name, power in one.unit_items()}
+    return powers, one.magnitude - zero.magnitude, zero.magnitude
+
+
 def _from_text(text: str, unit: str, *, bare: bool) -> float:
     number, given = _split(text, unit)
     if not given:

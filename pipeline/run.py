@@ -20,18 +20,21 @@ from components import cache
 from pipeline.conductor import BOND_PORTS, Conductor
 from pipeline.coupling import refuse_unstable
 from pipeline.digest import Digest
+from pipeline.distributed import Distributed
 from pipeline.errors import LogError, StepError
 from pipeline.events import Firing
 from pipeline.graph import Graph
+from pipeline.hosts.deployment import BusOptions, OnZenoh
+from pipeline.keyboard import Keys
 from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
+from pipeline.pacing import Pacing
+from pipeline.placement import placement_of
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
 from pipeline.validity_range import Ranges
 
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
-PACED_SLICE_S = 0.05  # simulated time a slice of a paced run takes, times the rate
-PAUSE_S = 0.1  # longest wait that an interrupt has to wait for
 SCENARIO, RUN = "scenario.yaml", "run"  # the log's attachment, and a metadata record beside conventions.RESULT
 MODELS_HASH = "models_hash"  # in RUN
 PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
@@ -44,7 +47,8 @@ class Options:
     """How a run is recorded and paced; nothing here changes its digest.
 
     rate: simulated seconds per second of wall time, None for as fast as it goes. slice_ticks: ticks handed over at
-    once, None for what suits the machine.
+    once, None for what suits the machine. bus: on which components run elsewhere, None for this process. tell: takes
+    lines about hosts as they come. keys: by which a person pauses the run.
     """
 
     compression: str = COMPRESSION
@@ -53,6 +57,9 @@ class Options:
     rate: float | None = None
     slice_ticks: int | None = None
     overwrite: bool = False
+    bus: BusOptions | None = None
+    tell: Callable[[str], None] = lambda _: None
+    keys: Keys | None = None
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,8 @@ class Result:
     """What a run left behind.
 
     bonds: {name: {residual_J, throughput_J, unconverged}}; validity: see validity_range.Ranges.summary.
+    hosts: {name: {restarts, late, refused}}, empty where all ran in one process. deadlines: {missed, worst_s} of a
+    paced run.
     """
 
     log: str
@@ -71,6 +80,18 @@ class Result:
     channels: dict[str, dict[str, int]]
     bonds: dict[str, dict[str, float]]
     validity: dict[str, dict[str, float]]
+    hosts: dict[str, dict[str, int]]
+    deadlines: dict[str, float]
+
+
+def conductor_of(scenario: Scenario, graph: Graph, options: Options) -> Conductor:
+    """What steps the graph: here, or on hosts over a bus."""
+    if options.bus is None:
+        return Conductor(graph)
+    overdue_s = {one.name: one.overdue_ns / 1e9 for one in scenario.instances if one.overdue_ns}
+    conductor = Distributed(graph, placement_of(graph, scenario.hosts, overdue_s), OnZenoh(options.bus))
+    conductor.tell = options.tell
+    return conductor
 
 
 def channels(graph: Graph) -> list[ChannelSpec]:
@@ -146,15 +167,20 @@ class Run:
         """
         refuse_unstable(graph, scenario.source)
         self.graph = graph
-        self.conductor = Conductor(graph)
+        self.conductor = conductor_of(scenario, graph, options)
         self.digest = Digest([node.name for node in graph.nodes])
         self._ranges = Ranges(graph)
         self._options = options
+        self.pacing = Pacing(options.rate, options.keys, graph.base_ns, options.tell)
         self._steps = np.zeros(len(graph.nodes) + len(graph.bonds), np.int64)
         self._every = np.array([node.record_every for node in graph.nodes] + [1] * len(graph.bonds), np.int64)
         self.recorded = np.zeros_like(self._steps)
         self._flushed = self._noted = time.monotonic()
-        self._recorder = self._create(scenario, out)
+        try:
+            self._recorder = self._create(scenario, out)
+        except BaseException:
+            self.conductor.close()
+            raise
 
     def _create(self, scenario: Scenario, out: Path | None) -> Recorder:
         path, options = out or default_log(scenario.name), self._options
@@ -179,6 +205,14 @@ class Run:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         """A run that ends, stops itself or is interrupted closes its log; any other failure leaves it unfinished."""
+        try:
+            self._end(kind, error)
+        finally:
+            self.conductor.close()
+            for line in self.conductor.written.splitlines():
+                self._options.tell(line)
+
+    def _end(self, kind: type[BaseException] | None, error: BaseException | None) -> None:
         if kind is None:
             self._close(COMPLETE)
         elif issubclass(kind, StepError):
@@ -189,6 +223,10 @@ class Run:
         else:
             self._recorder.abort()
 
+    def open(self) -> None:
+        """Have all hosts ready, if there are any. Raises HostError."""
+        self.conductor.open()
+
     def start(self) -> None:
         """Initialise every component at t0, which is a block of its own, and make the first snapshot."""
         self.conductor.initialise()
@@ -197,8 +235,9 @@ class Run:
         self._snapshot()
 
     def resume(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot, and note it; the caller has copied the rows up to it."""
+        """Go on from a snapshot, and note it; the caller has copied the rows up to it. Raises HostError."""
         self.conductor.restore(snapshot)
+        self.open()
         self.digest = Digest([node.name for node in self.graph.nodes], snapshot.chains)
         self._ranges = Ranges(self.graph, snapshot.ranges)
         periods = [node.period for node in self.graph.nodes] + [
@@ -219,15 +258,15 @@ class Run:
 
     def go(self, until: int, progress: Progress) -> None:
         """Run to tick `until`, calling progress(simulated seconds) after each slice. Raises StepError."""
-        began_s, began_tick = time.monotonic(), self.conductor.tick
+        self.pacing.begin(self.conductor.tick)
         with interrupts_between_slices() as raise_if_interrupted:
-            for _ in self.conductor.run(until, self._slice_ticks()):
+            self.conductor.poll = raise_if_interrupted
+            for _ in self.conductor.run(until, lambda: self.pacing.slice_ticks or self._options.slice_ticks):
                 self._hand_over()
                 self._end_slice()
                 progress(self._seconds(self.conductor.tick))
                 raise_if_interrupted()
-                for _ in self._pause(began_s, began_tick):
-                    raise_if_interrupted()
+                self.pacing.wait(self.conductor.tick, raise_if_interrupted)
 
     def result(self, wall_s: float, since: int = 0) -> Result:
         """Summary of the run, or of its part since a tick."""
@@ -243,23 +282,12 @@ class Run:
             channels={name: {"messages": int(n)} for name, n in zip(names, self.recorded, strict=True) if n},
             bonds=self.conductor.bond_energies(),
             validity=self._ranges.summary(),
+            hosts=self.conductor.host_counts(),
+            deadlines={"missed": self.pacing.missed, "worst_s": self.pacing.worst_s} if self._options.rate else {},
         )
 
     def _seconds(self, tick: int) -> float:
         return tick * self.graph.base_ns / 1e9
-
-    def _slice_ticks(self) -> int | None:
-        if self._options.rate is None:
-            return self._options.slice_ticks
-        return max(1, int(self._options.rate * PACED_SLICE_S * 1e9) // self.graph.base_ns)
-
-    def _pause(self, began_s: float, began_tick: int) -> Iterator[None]:
-        """Wait for the wall time that is due, a little at a time."""
-        if self._options.rate is not None:
-            due = began_s + self._seconds(self.conductor.tick - began_tick) / self._options.rate
-            while (left := due - time.monotonic()) > 0.0:
-                time.sleep(min(left, PAUSE_S))
-                yield
 
     def _end_slice(self) -> None:
         """Close the digest's block at its end, and each second write out what there is, with a snapshot if possible."""
@@ -278,6 +306,7 @@ class Run:
         for firing in self.conductor.fired:
             self._recorder.event(self.conductor.time_ns(firing.tick), _event_text(firing))
         self.conductor.fired = []
+        self._record_remarks()
         for channel, rows in self.conductor.captured():
             if channel < len(self.graph.nodes):
                 self.digest.update(self.graph.nodes[channel].name, rows)
@@ -289,6 +318,11 @@ class Run:
                 self.recorded[channel] += len(kept)
             self._steps[channel] += len(rows)
 
+    def _record_remarks(self) -> None:
+        for t_ns, text in self.conductor.remarks:
+            self._recorder.event(t_ns, text)
+        self.conductor.remarks.clear()
+
     def _snapshot(self) -> None:
         state = self.conductor.snapshot(self.digest.chains(), self._ranges.kept()).to_bytes()
         self._recorder.snapshot(self.conductor.time_ns(self.conductor.tick), state)
@@ -297,6 +331,7 @@ class Run:
 
     def _close(self, ending: str) -> None:
         tick = self.conductor.tick
+        self._record_remarks()
         self._recorder.add_metadata(RESULT, {"digest": self.digest.total(), ENDING: ending, "ticks": str(tick)})
         self._recorder.close()
 
@@ -311,6 +346,7 @@ def run_scenario(scenario: Scenario, graph: Graph, out: Path | None, options: Op
     Raises StepError, WiringError, LogError.
     """
     with Run(scenario, graph, out, options) as run:
+        run.open()
         began = time.monotonic()
         run.start()
         run.go(graph.ticks, progress)

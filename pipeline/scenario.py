@@ -9,6 +9,7 @@ from components.contract import Component, Parameters
 from pipeline import catalogue, parameters, wiring
 from pipeline.document import (
     IDENTIFIER,
+    NOT_A_NAME,
     BondEntry,
     ComponentEntry,
     EventEntry,
@@ -23,12 +24,11 @@ from pipeline.document import (
 )
 from pipeline.errors import Place, Problem, ScenarioError
 from pipeline.parameters import Given
+from pipeline.placement import read_hosts
 from pipeline.quantities import nanoseconds, shown
 from pipeline.signals import Reference, port_and_slice, reference
 from pipeline.written import Addend, Change, Happening, Instance, Scenario, Tie, Wire
 from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, plain, read_text
-
-_NO_NAME = "not a name; expected small letters, digits and _, beginning with a letter"
 
 
 def load_scenario(path: str | Path, overrides: Sequence[str] = (), duration: str | None = None) -> Scenario:
@@ -98,6 +98,7 @@ class _Reading:
             start_ns=start,
             seed=settings.seed if settings else 0,
             bus=settings.bus if settings else "local",
+            hosts=read_hosts(tree, list(instances), self._problems),
             scene_ns=settings.scene if settings else None,
             instances=tuple(instance for instance in instances.values() if instance is not None),
             ties=tuple(ends),
@@ -112,7 +113,7 @@ class _Reading:
         tree, place, path = table.entries[name], table.keys[name], below("components", name)
         before = len(self._problems)
         if not IDENTIFIER.fullmatch(name):
-            self._problems.append(Problem(place, path, _NO_NAME))
+            self._problems.append(Problem(place, path, NOT_A_NAME))
         entry = validated(ComponentEntry, tree, path, self._problems)
         if not isinstance(tree, Table):
             return None
@@ -128,9 +129,9 @@ class _Reading:
         values = self._parameters(name, component, tree, place, path, ties)
         if values is None or entry is None or len(self._problems) > before:
             return None
-        period, record = entry.period or 0, entry.record
+        period, record, overdue = entry.period or 0, entry.record, entry.overdue or 0
         blamed = parameters.last_given(self._overrides.get(name, {}), place)
-        return Instance(name, place, path, full_name, component, values, period, record, wires, tree, blamed)
+        return Instance(name, place, path, full_name, component, values, period, record, wires, tree, blamed, overdue)
 
     def _parameters(
         self, name: str, component: Component, tree: Table, place: Place, path: str, ties: list[Tie]
@@ -218,7 +219,7 @@ class _Reading:
     def _tie(self, name: str, tree: Tree) -> Tie | None:
         path = below("bonds", name)
         if not IDENTIFIER.fullmatch(name):
-            self._problems.append(Problem(tree.place, path, _NO_NAME))
+            self._problems.append(Problem(tree.place, path, NOT_A_NAME))
         entry = validated(BondEntry, tree, path, self._problems)
         if entry is None or not isinstance(tree, Table):
             return None

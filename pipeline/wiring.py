@@ -10,6 +10,7 @@ from pipeline.catalogue import closest, first_line
 from pipeline.document import below, limited
 from pipeline.errors import Place, Problem, WiringError
 from pipeline.graph import Bond, Graph, Node, OtherEnd
+from pipeline.placement import parted
 from pipeline.quantities import LATEST, as_time
 from pipeline.wires import Draft, Wires, merged
 from pipeline.written import Instance, Scenario, Tie
@@ -83,8 +84,19 @@ class _Wiring:
                 names = ", ".join(nodes[i].name for i in group)
                 text = f"bond '{inside[0].name}' makes {names} repeat a step together; they need equal periods"
                 self._report(instance.place, instance.path, text)
+            if inside:
+                self._check_hosts(inside[0].name, [nodes[i].name for i in range(len(nodes))], group)
             ordered += inside
         return tuple(ordered)
+
+    def _check_hosts(self, bond: str, names: list[str], group: tuple[int, ...]) -> None:
+        """What a bond ties repeats a step together, which it can on one host only."""
+        hosts = self._scenario.hosts
+        apart = parted(names, group, hosts.hosts)
+        if apart is not None:
+            first = next(names[i] for i in group if names[i] in hosts.hosts)
+            text = f"bond '{bond}' ties {apart} to {first}, which is on '{hosts.hosts[first]}'; put both on one host"
+            self._report(hosts.places[apart], f"hosts.{apart}", text)
 
     def _report(self, place: Place, path: str, text: str) -> None:
         self._problems.append(Problem(place, path, text))

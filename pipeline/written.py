@@ -12,6 +12,7 @@ from components.contract import Component, Parameters
 from pipeline import parameters
 from pipeline.document import Record
 from pipeline.errors import Place
+from pipeline.placement import Hosts
 from pipeline.signals import Reference
 from pipeline.yaml_source import CoreDumper, Items, Table, Tree, plain
 
@@ -45,7 +46,8 @@ class Wire:
 
 @dataclass(frozen=True)
 class Instance:
-    """One component of the scenario; period_ns 0: the base step. given: where its parameters were given last."""
+    """One component of the scenario; period_ns 0: the base step; overdue_ns 0: as any. given: where its parameters were
+    given last."""
 
     name: str
     place: Place
@@ -58,6 +60,7 @@ class Instance:
     wires: tuple[Wire, ...]
     tree: Table
     given: Place
+    overdue_ns: int = 0
 
 
 @dataclass(frozen=True)
@@ -119,6 +122,7 @@ class Scenario:
     start_ns: int
     seed: int
     bus: str
+    hosts: Hosts
     scene_ns: int | None
     instances: tuple[Instance, ...]
     ties: tuple[Tie, ...]
@@ -143,6 +147,7 @@ class Scenario:
             "start": f"{self.start_ns} ns",
             "seed": self.seed,
             "bus": self.bus,
+            **self.hosts.written(),
             "scene": False if self.scene_ns is None else f"{self.scene_ns} ns",
             "components": {instance.name: _resolved(instance) for instance in self.instances},
         }
@@ -162,6 +167,8 @@ def _resolved(instance: Instance) -> dict[str, Any]:
     entry: dict[str, Any] = {"model": instance.model}
     if instance.period_ns:
         entry["period"] = f"{instance.period_ns} ns"
+    if instance.overdue_ns:
+        entry["overdue"] = f"{instance.overdue_ns} ns"
     entry["parameters"] = parameters.written(instance.parameters)
     for key in ("inputs", "record"):
         if key in instance.tree.entries:

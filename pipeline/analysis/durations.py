@@ -34,6 +34,8 @@ class Durations:
 def durations(fits: Fits, tolerance: float) -> Durations:
     """Seconds in which the catenary fails the tolerance [m], holds, and is not known: no reliable fit, or no frame.
 
+    Nor is it known where e_C exceeds the tolerance by no more than noise may explain: it holds only within it.
+
     A frame stands for the time that is nearer to it than to another. Where the record has a gap, longer than BRIDGED
     frames usually take, the frames beside it stand for half a usual interval of it, and the rest is not known.
     """
@@ -44,6 +46,6 @@ def durations(fits: Fits, tolerance: float) -> Durations:
     usual = np.median(intervals)
     covered = np.where(intervals > BRIDGED * usual, usual, intervals)
     share = 0.5 * (np.append(covered, 0.0) + np.insert(covered, 0, 0.0))
-    known, beyond = reliable(fits), fails(fits, tolerance)
-    failing, holding = float(share[beyond].sum()), float(share[known & ~beyond].sum())
+    within = reliable(fits) & (fits.e_catenary <= tolerance)
+    failing, holding = float(share[fails(fits, tolerance)].sum()), float(share[within].sum())
     return Durations(failing, holding, max(0.0, float(t[-1] - t[0]) - failing - holding))

@@ -70,6 +70,12 @@ def from_mcap(path: Path, reading: Reading) -> dict[str, MarkerFrames]:
     taken = {name: frames for name, frames in found.items() if frames is not None}
     if not taken and reading.field is not None:
         raise LogError(f"{path}: no channel has a list of points {reading.field}; it has {', '.join(topics) or 'none'}")
+    if not taken:
+        have = ", ".join(f"{name} ({one.kind})" for name, one in topics.items()) or "no channels"
+        raise LogError(
+            f"{path} has no markers: protobuf or json messages are needed, each with a list of at least three points "
+            f"x, y, z from the first message on; it has {have}"
+        )
     return taken
 
 
@@ -121,6 +127,9 @@ def _read(path: Path, file: Any, topic: Topic, reading: Reading) -> MarkerFrames
         if reading.channel is not None:
             raise LogError(f"{name} has no messages")
         return None
+    different = len(np.unique(times))
+    if len(times) > 2 and 2 * different < len(times):  # as of a table: of equal times only the first would be kept
+        raise LogError(f"{name}: {len(times)} messages have {different} different log times")
     frames = marker_frames(np.array(times), np.array(rows, np.float64), source=f"{path}: {topic.channel.topic}")
     return in_ned(without_zeros(frames), reading.up)
 

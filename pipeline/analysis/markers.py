@@ -9,6 +9,8 @@ import numpy as np
 from pipeline.errors import LogError
 from pipeline.log.reader import Log
 
+FARTHEST = 1e12  # m: what is further is no place, such as the largest float that some tools write for a lost marker
+
 
 @dataclass(frozen=True)
 class MarkerFrames:
@@ -39,7 +41,9 @@ def marker_frames(
     arc: np.ndarray | None = None,
     source: str = "",
 ) -> MarkerFrames:
-    """Frames in order of time: unsorted ones are sorted, of equal times the first is kept, NaN is not visible.
+    """Frames in order of time: unsorted ones are sorted, of equal times the first is kept.
+
+    What is not finite, or beyond FARTHEST, is not visible.
 
     t_ns: (k,) [ns]. position: (k, m, 3) NED [m]. valid: (k, m), default all. arc: (m,) [m], strictly increasing.
     Raises LogError if the shapes do not fit together, or arc does not increase.
@@ -54,7 +58,7 @@ def marker_frames(
     if seen.shape != position.shape[:2]:
         raise LogError(f"{source}: visibility has shape {seen.shape}, the markers {position.shape[:2]}")
     notes = []
-    finite = np.isfinite(position).all(axis=2)
+    finite = (np.abs(position) <= FARTHEST).all(axis=2)
     if (seen & ~finite).any():
         notes.append(f"{int((seen & ~finite).sum())} positions were not finite: taken as not visible")
     seen = seen & finite

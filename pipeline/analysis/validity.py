@@ -109,7 +109,7 @@ def judge(recording: Recording, method: str, tolerance: Tolerance, length: float
     start = time.perf_counter()
     fits = fit_frames(recording.frames, method, recording.origin.noise)
     wall_s = time.perf_counter() - start
-    metres, source = (length, "as given") if length is not None else _length(recording)
+    metres, source = (length, "as given") if length is not None else _length(recording, fits)
     limit = tolerance.metres(metres)
     if limit <= 0.0:
         raise TowlineError(
@@ -152,13 +152,16 @@ def _biases(frames: MarkerFrames, fits: Fits) -> Biases:
     return Biases(by_noise(fits, use) if use.any() else None, by_drop_out(frames, fits, LEAST_MARKERS))
 
 
-def _length(recording: Recording) -> tuple[float, str]:
+def _length(recording: Recording, fits: Fits) -> tuple[float, str]:
     if recording.origin.length is not None:
         return recording.origin.length, f"of {recording.origin.line}, unstretched"
-    return _along_markers(recording.frames), "along the markers, the line itself is longer"
+    return _along_markers(recording.frames, fits), "along the markers, the line itself is longer"
 
 
-def _along_markers(frames: MarkerFrames) -> float:
-    """Median length of the polyline through all markers, over the frames that show all; 0 if there is none."""
-    whole = frames.position[frames.valid.all(axis=1)]
+def _along_markers(frames: MarkerFrames, fits: Fits) -> float:
+    """Median length of the polyline through all markers; 0 if there is none.
+
+    Over the frames that show all, each on the line and under its own label: an outlier would lengthen it.
+    """
+    whole = frames.position[(fits.n == frames.markers) & (fits.swapped == 0)]
     return float(np.median(np.linalg.norm(np.diff(whole, axis=1), axis=2).sum(axis=1))) if len(whole) else 0.0

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
+import sys
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from pipeline.commands.explain import print_terms, terms
 from pipeline.commands.output import console, print_json, progress_bar, say_compiling
 from pipeline.commands.summary import print_summary
-from pipeline.errors import TowlineError
+from pipeline.hosts.deployment import ENDPOINT, BusOptions
+from pipeline.keyboard import keyboard
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, COMPRESSIONS
 from pipeline.run import Options, run_scenario
-from pipeline.scenario import load_scenario
+from pipeline.scenario import Scenario, load_scenario
 from pipeline.wiring import build_graph
 
 
@@ -21,14 +23,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", help="scenario YAML")
     parser.add_argument("--out", type=Path, metavar="F", help="the log (default: logs/NAME-DATE-TIME.mcap)")
     parser.add_argument("--overwrite", action="store_true", help="replace the log if it exists")
-    parser.add_argument("--bus", choices=["local", "zenoh"], help="where components run (default: the scenario's)")
     parser.add_argument("--until", metavar="10s", help="simulated time to run to (default: the scenario's duration)")
     parser.add_argument(
         "--rate", type=_positive, metavar="1", help="simulated seconds per second (default: as fast as it goes)"
     )
     parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter")
     parser.add_argument("--explain", action="store_true", help="say which terms of each model are on, and why")
+    add_bus_arguments(parser)
     add_recording_arguments(parser)
+
+
+def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
+    """Where components run."""
+    parser.add_argument("--bus", choices=["local", "zenoh"], help="where components run (default: the scenario's)")
+    parser.add_argument(
+        "--listen",
+        action="append",
+        metavar="tcp/HOST:PORT",
+        help=f"where other machines connect (default: {ENDPOINT}, if the scenario has machines)",
+    )
+    parser.add_argument("--bus-config", type=Path, metavar="F", help="zenoh configuration (JSON5): TLS, access control")
 
 
 def add_recording_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,28 +74,43 @@ def _bytes(text: str) -> int:
     return value
 
 
-def options_of(arguments: argparse.Namespace) -> Options:
-    """Recording options as given."""
+def bus_of(arguments: argparse.Namespace, scenario: Scenario) -> BusOptions | None:
+    """The bus that was asked for; None for this process alone."""
+    if (arguments.bus or scenario.bus) == "local":
+        return None
+    default = [ENDPOINT] if scenario.hosts.machines else []
+    return BusOptions(tuple(arguments.listen or default), arguments.bus_config)
+
+
+def _tell(text: str) -> None:
+    """A line about a host, also under --json."""
+    print(f"towline: {text}", file=sys.stderr, flush=True)
+
+
+def options_of(arguments: argparse.Namespace, scenario: Scenario) -> Options:
+    """Recording options and bus as given."""
     return Options(
         compression=arguments.compression,
         chunk_bytes=arguments.chunk_bytes,
         scene=not arguments.no_scene,
         rate=getattr(arguments, "rate", None),
         overwrite=arguments.overwrite,
+        bus=bus_of(arguments, scenario),
+        tell=_tell,
     )
 
 
 def command(arguments: argparse.Namespace) -> int:
     """Run it."""
     scenario = load_scenario(arguments.scenario, arguments.set, arguments.until)
-    if (arguments.bus or scenario.bus) != "local":
-        raise TowlineError("bus zenoh: not in this version; run with --bus local")
     graph = build_graph(scenario)
     if arguments.explain and not arguments.json:
         print_terms(console(), graph)
     say_compiling(graph, arguments.json)
-    with progress_bar(scenario.name, graph.ticks * graph.base_ns / 1e9, quiet=arguments.json) as progress:
-        result = run_scenario(scenario, graph, arguments.out, options_of(arguments), progress)
+    seconds = graph.ticks * graph.base_ns / 1e9
+    with progress_bar(scenario.name, seconds, quiet=arguments.json) as progress, keyboard() as keys:
+        options = replace(options_of(arguments, scenario), keys=keys)
+        result = run_scenario(scenario, graph, arguments.out, options, progress)
     if arguments.json:
         print_json(asdict(result) | ({"terms": terms(graph)} if arguments.explain else {}))
     else:

@@ -103,6 +103,13 @@ def print_summary(console: Console, result: Result) -> None:
             f"bond {name}: residual {bond['residual_J']:.3g} J of {bond['throughput_J']:.3g} J through it, "
             f"{bond['unconverged']:.0f} steps beyond its tolerance"
         )
+    for name, host in result.hosts.items():
+        if any(host.values()):
+            told = f"started again {host['restarts']} times, late {host['late']} times"
+            console.print(f"host {name}: {told}, {host['refused']} messages refused")
+    if result.deadlines:
+        missed, worst_ms = result.deadlines["missed"], 1e3 * result.deadlines["worst_s"]
+        console.print(f"missed deadlines: {missed}" + (f", the worst by {worst_ms:.3g} ms" if missed else ""))
     for name, figures in result.validity.items():
         console.print(_validity(name, figures))
     console.print(

@@ -23,6 +23,13 @@ class PythonHost:
         self._keep = [_C_FUNCTION(self._guard(function)) for function in (init, step)]
         self.init, self.step = (ctypes.cast(f, ctypes.c_void_p).value or 0 for f in self._keep)
 
+    def raised(self) -> str:
+        """What the functions raised, in one line; "" if nothing."""
+        if self.error is None:
+            return ""
+        said = str(self.error).strip().partition("\n")[0]
+        return f"{type(self.error).__name__}{': ' if said else ''}{said}"
+
     def _guard(self, function: Kernel) -> Callable[..., int]:
         vectors = self._vectors
 

@@ -37,7 +37,7 @@ def trace_of(graph: Graph, slice_ticks: int | None = None) -> Trace:
 
     conductor.initialise()
     take()
-    for _ in conductor.run(graph.ticks, slice_ticks):
+    for _ in conductor.run(graph.ticks, lambda: slice_ticks):
         take()
     return seen
 

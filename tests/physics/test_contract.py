@@ -144,7 +144,7 @@ def recorded_inputs(graph: Graph, ticks: int) -> list[np.ndarray]:
     conductor.initialise()
     spans, tables = conductor.memory.spans["u"], conductor.memory.tables
     seen = [[tables.inputs[span].copy()] for span in spans]
-    for _ in conductor.run(ticks, 1):
+    for _ in conductor.run(ticks, lambda: 1):
         for node, span, rows in zip(graph.nodes, spans, seen, strict=True):
             if conductor.tick % node.period == 0:
                 rows.append(tables.inputs[span].copy())

@@ -68,3 +68,23 @@ def pool_logs(tmp_path_factory) -> dict[str, Path]:
     for name, path in logs.items():
         assert main(["run", str(ROOT / "scenarios" / f"{name}.yaml"), "--out", str(path), "--json"]) == 0
     return logs
+
+
+@pytest.fixture(scope="session")
+def fmu_of(tmp_path_factory) -> Callable[..., Path]:
+    """A function that gives the FMU of `scenario.yaml#component`, or of a model with parameters, built once."""
+    from pipeline.fmu.build import build
+    from pipeline.fmu.instance import instance
+
+    folder, made = tmp_path_factory.mktemp("fmus"), {}
+
+    def fmu(text: str, fmi: int = 2, *overrides: str) -> Path:
+        key = (text, fmi, overrides)
+        if key not in made:
+            path = str(ROOT / "scenarios" / text) if "#" in text else text
+            of = instance(path, overrides)
+            made[key] = folder / f"{of.component.name}_{len(made)}_{fmi}.fmu"
+            made[key].write_bytes(build(of.component, of.parameters, of.seed, of.step_ns, of.start_ns, fmi))
+        return made[key]
+
+    return fmu

@@ -133,3 +133,12 @@ def test_from_a_log(position, tmp_path):
     assert (frames.valid == seen).all()
     assert (nodes.position == position).all()
     assert nodes.valid.all()
+
+
+def test_a_largest_float_is_not_visible():
+    """What tools write for a lost marker besides NaN; squared it would overflow."""
+    position = np.zeros((2, 4, 3)) + np.arange(4.0)[:, None]
+    position[0, 1], position[1, 2, 0] = np.finfo(np.float32).max, -np.finfo(np.float64).max
+    frames = marker_frames(np.arange(2), position)
+    assert (~frames.valid).nonzero()[0].tolist() == [0, 1]
+    assert frames.notes == ("2 positions were not finite: taken as not visible",)

@@ -116,10 +116,15 @@ def test_log_gives_what_it_recorded(kept, step, said):
     assert said in ends.source
 
 
-def fits(t_s: list[float], e_catenary: list[float], n: list[int]) -> SimpleNamespace:
+def fits(t_s: list[float], e_catenary: list[float], n: list[int], marker_sigma: float = 0.0) -> SimpleNamespace:
     values = np.array(e_catenary)
     return SimpleNamespace(
-        t_ns=(np.array(t_s) * 1e9).astype(np.int64), e_catenary=values, n=np.array(n), fitted=np.isfinite(values)
+        t_ns=(np.array(t_s) * 1e9).astype(np.int64),
+        e_catenary=values,
+        n=np.array(n),
+        fitted=np.isfinite(values),
+        marker_sigma=marker_sigma,
+        noise_gain=np.ones(len(values)),
     )
 
 
@@ -127,6 +132,12 @@ def test_durations_of_uneven_frames():
     """Frames at 0, 1, 2, 4 s stand for 0.5, 1, 1.5 and 1 s: holding, failing, unknown (5 markers), failing."""
     found = durations(fits([0, 1, 2, 4], [0.1, 3.0, 3.0, 3.0], [8, 8, 5, 8]), 1.0)  # type: ignore
     assert (found.holding, found.failing, found.unknown) == pytest.approx((0.5, 2.0, 1.5), abs=1e-9)
+
+
+def test_what_noise_may_explain_neither_holds_nor_fails():
+    """Tolerance 1, noise 0.5: within 1 it holds, above 1 + FLOORS 0.5 = 2 it fails, between them it is not known."""
+    found = durations(fits([0, 1, 2, 3], [0.9, 1.5, 1.5, 2.1], [8] * 4, 0.5), 1.0)  # type: ignore
+    assert (found.holding, found.failing, found.unknown) == pytest.approx((0.5, 0.5, 2.0), abs=1e-9)
 
 
 def test_a_gap_is_not_known():

@@ -6,6 +6,7 @@ Authority: the same record before it was spoilt. 0.4 mm of noise at 50 Hz, as th
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,10 @@ from mcap.writer import Writer
 from pipeline.analysis.continuity import check_continuity
 from pipeline.analysis.foreign import from_mcap
 from pipeline.analysis.markers import MarkerFrames, marker_frames
+from pipeline.analysis.origin import Origin
 from pipeline.analysis.reading import Reading
+from pipeline.analysis.recording import Recording
+from pipeline.analysis.validity import Tolerance, judge
 from pipeline.errors import LogError
 
 FRAMES, MARKERS = 400, 12
@@ -89,6 +93,21 @@ def test_exchanged_labels_are_given_back(position, arc, swap, which):
     assert (np.take_along_axis(labels, found.order, axis=1) == np.arange(MARKERS)).all()
     assert (found.swapped == (labels != np.arange(MARKERS)).sum(axis=1)).all()
     assert "given back their exchanged labels" in found.note
+
+
+def test_outliers_and_exchanged_labels_do_not_lengthen_the_line(position):
+    """A tracker's -9999 in most frames, two labels exchanged in a quarter of them: the tolerance is a share of the
+    length, and must not grow with it. The clean record's length, whose median varies by a part of the noise."""
+    spoilt = position.copy()
+    spoilt[np.arange(0, FRAMES, 2), np.arange(0, FRAMES, 2) % MARKERS] = -9999.0
+    spoilt[1::8, [3, 5]] = -9999.0
+    spoilt[300:] = position[300:, SWAPS["a pair"]]
+    path = Path("markers.csv")
+    clean, found = (
+        judge(Recording(path, "chain", marker_frames(T_NS, x), Origin()), "fast", Tolerance(0.01, True))
+        for x in (position, spoilt)
+    )
+    assert found.length == pytest.approx(clean.length, abs=4e-4)
 
 
 def test_known_arcs_stand_against_a_polluted_record(position):

@@ -197,7 +197,8 @@ def test_seconds_are_on_the_page_and_add_up_to_the_record(made):
     failing, holding, unknown = (cable[f"seconds_{name}"] for name in ("failing", "holding", "unknown"))
     assert failing + holding + unknown == pytest.approx(30.0, abs=1e-9)
     assert failing == pytest.approx(0.02 * sum(span["frames"] for span in cable["fails"]), abs=0.0201)
-    assert unknown == pytest.approx(0.02 * (cable["frames"] - cable["frames_used"]), abs=0.0201)
+    # Besides the frames that were not used, those beyond the tolerance by what noise may explain (see test_ends).
+    assert unknown >= 0.02 * (cable["frames"] - cable["frames_used"]) - 0.0201
     assert f"holds for {holding:.4g} s, fails for {failing:.4g} s, and for {unknown:.4g} s it is not known" in made[1]
 
 

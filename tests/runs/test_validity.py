@@ -241,6 +241,12 @@ def test_other_files_are_refused_by_name(capsys, tmp_path):
     assert "/mocap is cdr geometry_msgs/PoseArray; only protobuf and json are read" in refused(
         capsys, tmp_path / "ros.mcap", "--channel", "/mocap"
     )
+    assert "at least three points x, y, z from the first message on; it has /mocap (cdr geometry_msgs/PoseArray)" in (
+        refused(capsys, tmp_path / "ros.mcap")
+    )
+    at_once = [(0, b'{"markers": [[0, 0, 0], [1, 0, 1], [2, 0, 3]]}')] * 5
+    write_mcap(tmp_path / "at_once.mcap", "json", ("m", "jsonschema", b"{}"), at_once)
+    assert "5 messages have 1 different log times" in refused(capsys, tmp_path / "at_once.mcap")
     assert "has no channel /other; it has /mocap" in refused(capsys, tmp_path / "ros.mcap", "--channel", "/other")
     write_mcap(tmp_path / "empty.mcap", "json", ("speed", "jsonschema", b"{}"), [(0, b'{"speed": 1.0}')])
     assert "holds no list of points x, y, z" in refused(capsys, tmp_path / "empty.mcap", "--channel", "/mocap")

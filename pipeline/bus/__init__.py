@@ -1,0 +1,1 @@
+"""How the conductor and the hosts of a distributed run talk to each other."""

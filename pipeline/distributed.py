@@ -1,0 +1,252 @@
+"""The conductor of a distributed run: the same loop, its sections stepped by hosts over a bus."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+
+from pipeline.bus.messages import INITIALISE, STEP, STOPPED
+from pipeline.conductor import Conductor
+from pipeline.errors import HostError
+from pipeline.graph import Graph, execution_order
+from pipeline.hosts.deployment import Deployment
+from pipeline.hosts.lengths import lengths
+from pipeline.hosts.supervisor import Host, Hosts
+from pipeline.loop_tables import BOND_ROW, BOND_STATE, FAILED, OFFSET_ON, STATUS, TICK
+from pipeline.placement import Placement
+from pipeline.recovery import Link
+from pipeline.sections import Section, cut
+from pipeline.snapshot import Snapshot
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A section's places in the conductor's memory."""
+
+    link: Link
+    outside: np.ndarray
+    signals: np.ndarray
+    states: np.ndarray
+    inputs: np.ndarray
+
+
+class Distributed(Conductor):
+    """One run of a graph on other processes. Memory holds the board, parameters and rows; states come with replies."""
+
+    def __init__(self, graph: Graph, placement: Placement, deployment: Deployment):
+        """Compile everything; hosts are started by open(). Raises HostError."""
+        if set(placement.hosts) - set(placement.limits_s):
+            deployment.prepare()
+        self._deployment = deployment
+        try:
+            super().__init__(graph)
+        except BaseException:
+            deployment.close()
+            raise
+        self._run = secrets.randbits(64)
+        self._parts = [self._part(section) for section in cut(graph, placement.hosts)]
+        self._stages = [list(parts) for _, parts in groupby(self._parts, key=lambda part: part.link.section.stage)]
+        self._groups = execution_order(graph)
+        self._rows = self._row_plan()
+        self._bond_rows = np.zeros((len(graph.bonds), BOND_ROW))
+        self._hosts: Hosts | None = None
+        self._placement = placement
+        self._error: HostError | None = None
+        self._said = ""
+        self._uncaptured: tuple[int, int] | None = None  # a tick, and the first group in the order that did not step
+        self._counts: dict[str, dict[str, int]] = {}
+
+    def _part(self, section: Section) -> _Part:
+        spans, nodes = self.memory.spans, section.nodes
+        signals, states, inputs = (_indices(spans[v], nodes) for v in "yxu")
+        sizes = lengths(self.memory, nodes, len(section.bonds), len(section.outside))
+        link = Link(section, sizes, self._settings(nodes, signals))
+        return _Part(link, section.outside, signals, states, inputs)
+
+    def _settings(self, nodes: Sequence[int], signals: np.ndarray) -> bytes:
+        """Parameters and offsets of a section, as events left them."""
+        p, k = _indices(self.memory.spans["p"], nodes), self._tables
+        switches = k.nodes[list(nodes), OFFSET_ON].astype(np.float64)
+        return self.memory.parameters[p].tobytes() + k.added[signals].tobytes() + switches.tobytes()
+
+    def initialise(self) -> None:
+        """Run every init at t0 and capture y(t0). Raises StepError."""
+        self._make(0, INITIALISE, self._stages)
+        self._catch_up()
+        self._raise_if_stopped(self.graph.start_ns)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot of the same graph, by hosts that are not started yet."""
+        super().restore(snapshot)
+        k = self._tables
+        for part in self._parts:
+            section = part.link.section
+            energies = k.bond_energy[list(section.bonds)]
+            signals, states = k.board[part.signals], k.states[part.states]
+            settings = self._settings(section.nodes, part.signals)
+            part.link.begin_at(signals.tobytes(), energies.tobytes(), states.tobytes(), settings)
+
+    def snapshot(self, chains: dict[str, str], ranges: dict[str, dict[str, float]]) -> Snapshot:
+        """The run at this block end, where every section's last reply brought its state."""
+        for part in self._parts:
+            self._tables.states[part.states] = np.frombuffer(part.link.snapshot[2], "<f8")
+        return super().snapshot(chains, ranges)
+
+    def host_counts(self) -> dict[str, dict[str, int]]:
+        """{host: {restarts, late, refused}}."""
+        return self._hosts.counts() if self._hosts else self._counts
+
+    def close(self) -> None:
+        """End all hosts."""
+        hosts, self._hosts = self._hosts, None
+        if hosts is not None:
+            self._counts = hosts.counts()
+            self.written = hosts.close()
+        else:
+            self._deployment.close()
+        for part in self._parts:
+            part.link.close()
+
+    def open(self) -> None:
+        """Start the hosts, and wait until all are ready. Raises HostError."""
+        names = list(dict.fromkeys(part.link.section.host for part in self._parts))
+        bus, hosts = self._deployment.open(self._run), [self._host(name) for name in names]
+        self._hosts = Hosts(self._run, hosts, bus, self._deployment, self._note, lambda: self.poll())
+        self._hosts.start()
+
+    def _host(self, name: str) -> Host:
+        links = [part.link for part in self._parts if part.link.section.host == name]
+        overdue_s = {
+            link.section.number: max(self._placement.overdue_s[i] for i in link.section.nodes) for link in links
+        }
+        return Host(name, links, overdue_s, self._placement.limits_s.get(name))
+
+    def _advance_to(self, until: int) -> None:
+        """Tick by tick to `until`; returns early where a component or a host stops the run, or at an interrupt."""
+        began = self.tick
+        self._change()
+        try:
+            while self.tick < until and self._step():
+                pass
+        except KeyboardInterrupt:
+            if self.tick == began:
+                raise
+        except HostError as error:
+            self._error = error
+        finally:
+            self._catch_up()
+
+    def _change(self) -> None:
+        """Tell the sections what events changed."""
+        if self.fired:
+            for part in self._parts:
+                part.link.change(self._settings(part.link.section.nodes, part.signals))
+
+    def _step(self) -> bool:
+        """One tick; False where a component stopped the run."""
+        k, tick = self._tables, self.tick + 1
+        for target, source, count in k.delayed:
+            k.board[target : target + count] = k.board[source : source + count]
+        due = [[part for part in stage if part.link.section.is_due(tick)] for stage in self._stages]
+        if not self._make(tick, STEP, due):
+            return False
+        k.clock[TICK] = tick
+        return True
+
+    def _make(self, tick: int, kind: int, stages: Sequence[Sequence[_Part]]) -> bool:
+        """Have sections stepped stage by stage and capture their outputs; False where a component stopped the run.
+
+        Then the stages that follow are made all the same, so that what comes before it in order is there.
+        """
+        stopped: list[tuple[int, int, int, str]] = []
+        for parts in stages:
+            self._ask(tick, kind, parts)
+            stopped += [found for part in parts if (found := self._take(part)) is not None]
+        first = min(stopped, default=None)
+        self._uncaptured = tick, len(self._groups) if first is None else first[0]
+        if first is not None:
+            _, self._tables.clock[STATUS], self._tables.clock[FAILED], self._said = first
+        return first is None
+
+    def _ask(self, tick: int, kind: int, parts: Sequence[_Part]) -> None:
+        """Send the sections of a stage their inputs, and wait for all replies. Raises HostError."""
+        assert self._hosts is not None
+        board = self._tables.board
+        block_end = -(-tick // self.block) * self.block
+        requests = [(part.link, board[part.outside].tobytes()) for part in parts]
+        last = [kind == INITIALISE or part.link.section.next_due(tick) > block_end for part in parts]
+        self._hosts.ask(kind, requests, self.time_ns(tick), last, self._catch_up)
+
+    def _take(self, part: _Part) -> tuple[int, int, int, str] | None:
+        """Put a reply on the board; (place in order, status, node, what it raised) where a node stopped the run."""
+        reply, sizes, section = part.link.reply, part.link.lengths, part.link.section
+        assert reply is not None
+        numbers = reply.values
+        self._tables.board[part.signals] = numbers[: sizes.signals]
+        if section.bonds:
+            rows, energies = numbers[sizes.signals :][: sizes.rows], numbers[sizes.signals + sizes.rows :]
+            self._bond_rows[list(section.bonds)] = rows.reshape(-1, BOND_ROW)
+            self._tables.bond_energy[list(section.bonds)] = energies[: sizes.energies].reshape(-1, BOND_STATE)
+        if not reply.flags & STOPPED:
+            return None
+        self._tables.inputs[part.inputs] = numbers[len(numbers) - sizes.inputs :]
+        node, text = section.nodes[reply.failed], reply.text.decode(errors="replace")
+        return next(i for i, group in enumerate(self._groups) if node in group), reply.status, node, text
+
+    def _catch_up(self) -> None:
+        """Append what the last tick's groups have stepped to the captured rows, while the hosts are at work."""
+        if self._uncaptured is not None:
+            tick, end = self._uncaptured
+            self._capture(tick, end)
+            self._uncaptured = None
+
+    def _capture(self, tick: int, end: int) -> None:
+        """Append what the groups before `end` in the order have stepped."""
+        k, t_ns, first = self._tables, self.time_ns(tick), tick == 0
+        for period, nodes, bonds in self._rows[:end]:
+            if tick % period:
+                continue
+            for channel, start, width in nodes:
+                at = k.filled[channel]
+                k.capture_ns[at] = t_ns
+                k.capture[at + 1 : at + 1 + width] = k.board[start : start + width]
+                k.filled[channel] = at + 1 + width
+            for channel, bond in () if first else bonds:
+                at = k.filled[channel]
+                k.capture_ns[at] = t_ns
+                k.capture[at + 1 : at + 1 + BOND_ROW] = self._bond_rows[bond]
+                k.filled[channel] = at + 1 + BOND_ROW
+
+    def _row_plan(self) -> list[tuple[int, list[tuple[int, int, int]], list[tuple[int, int]]]]:
+        """Of each group in order: its period, (channel, start, width) of its nodes, (channel, bond) of its bonds."""
+        graph = self.graph
+        return [
+            (
+                graph.nodes[group[0]].period,
+                [(i, graph.nodes[i].start, graph.nodes[i].width) for i in group],
+                [(len(graph.nodes) + j, j) for j, bond in enumerate(graph.bonds) if bond.line in group],
+            )
+            for group in self._groups
+        ]
+
+    def _note(self, text: str) -> None:
+        """Something about a host, for the log and whoever watches."""
+        self.remarks.append((self.time_ns(self.tick), text))
+        self.tell(text)
+
+    def _raise_if_stopped(self, t_ns: int) -> None:
+        if self._error is not None:
+            raise self._error
+        super()._raise_if_stopped(t_ns)
+
+    def _raised(self, failed: int) -> str:
+        return self._said
+
+
+def _indices(spans: Sequence[slice], nodes: Sequence[int]) -> np.ndarray:
+    """Places of some nodes' vectors in the array of all."""
+    return np.concatenate([np.arange(spans[i].start, spans[i].stop) for i in nodes]).astype(np.int64)

@@ -1,0 +1,1 @@
+"""Export of a component as an FMU that needs no Python."""

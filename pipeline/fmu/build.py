@@ -1,0 +1,125 @@
+"""Building an FMU: machine code and C sources into a shared library, that and its description into an archive."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import platform
+import re
+import shutil
+import subprocess
+import tempfile
+import zipfile
+from pathlib import Path
+
+from components.contract import Component, Parameters
+from pipeline.errors import TowlineError
+from pipeline.fmu.description import Experiment, description
+from pipeline.fmu.machine_code import object_code
+from pipeline.fmu.source import header, tables
+from pipeline.fmu.variables import TIME, Contents, Variable, contents, elements
+
+SOURCES = Path(__file__).parent / "native"
+SHARED = ("core.c", "values.c", "saved.c")
+OF_STANDARD = {2: ("fmi2.c",), 3: ("fmi3.c", "fmi3_refused.c")}
+COMPILERS = ("cc", "gcc", "clang")
+# No fused multiply-add, which rounds once where the native run rounds twice; no symbol left to the host.
+FLAGS = ("-std=c11", "-O1", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-w")
+LINKING = ("-shared", "-Wl,-z,defs", "-Wl,-z,noexecstack", "-Wl,--build-id=none", "-s", "-lm")
+MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
+COMPILING_S = 120  # far above the second or two that it takes
+EPOCH = (1980, 1, 1, 0, 0, 0)  # of the archive's members, so that the same component gives the same file
+
+
+def build(component: Component, parameters: Parameters, seed: int, step_ns: int, start_ns: int, fmi: int) -> bytes:
+    """The archive of an FMI 2.0 or 3.0 co-simulation FMU.
+
+    step_ns: the step that init is told, and the default experiment's. Raises TowlineError.
+    """
+    experiment = Experiment(step_ns, start_ns, has_bond(component, parameters))
+    found = contents(component, parameters, seed)
+    variables = elements(found.variables) if fmi == 2 else (TIME, *found.variables)
+    _check_names(variables)
+    identifier = re.sub(r"\W", "_", component.name, flags=re.ASCII)
+    code = object_code(component)
+    token = _token(fmi, code, found, variables, experiment)
+    library = _library(fmi, code, header(found, step_ns, experiment.step_is_fixed), tables(found, variables, token))
+    document = description(fmi, found, variables, token, identifier, experiment)
+    return _archive({"modelDescription.xml": document, f"binaries/{_folder(fmi)}/{identifier}.so": library})
+
+
+def has_bond(component: Component, parameters: Parameters) -> bool:
+    """Whether an end gives or takes a law of force, which is made for the next step to be as long as the last."""
+    ends = (*component.bodies.values(), *component.lines.values())
+    return any(not end.switch or bool(getattr(parameters, end.switch)) for end in ends)
+
+
+def _check_names(variables: tuple[Variable, ...]) -> None:
+    names = [one.name for one in variables]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise TowlineError(f"an FMU would have two variables named '{twice[0]}'; rename the port")
+
+
+def _token(fmi: int, code: bytes, found: Contents, variables: tuple[Variable, ...], experiment: Experiment) -> str:
+    """What description and binary know each other by: a hash of all that the FMU is made of."""
+    digest = hashlib.sha256(code)
+    for path in sorted(SOURCES.iterdir()):
+        digest.update(path.read_bytes())
+    p = found.component.pack(found.parameters, found.seed)
+    digest.update(f"{fmi} {variables} {found.formulas} {experiment}".encode() + p.tobytes())
+    text = digest.hexdigest()
+    return f"{{{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}}}"
+
+
+def _folder(fmi: int) -> str:
+    """The archive's folder of binaries for this machine."""
+    machine = MACHINES.get(platform.machine().lower())
+    if platform.system() != "Linux" or machine is None:
+        here = f"{platform.system()} {platform.machine()}"
+        raise TowlineError(f"FMUs are built on Linux, x86-64 or ARM 64; this is {here}")
+    return "linux64" if (fmi, machine) == (2, "x86_64") else f"{machine}-linux"
+
+
+def _compiler() -> str:
+    for name in COMPILERS:
+        if path := shutil.which(name):
+            return path
+    remedy = "install one, e.g. apt-get install gcc libc6-dev"
+    raise TowlineError(f"no C compiler found ({', '.join(COMPILERS)}), which links the FMU's library; {remedy}")
+
+
+def _library(fmi: int, code: bytes, header_text: str, tables_text: str) -> bytes:
+    compiler = _compiler()
+    with tempfile.TemporaryDirectory(prefix="towline-fmu-") as name:
+        folder = Path(name)
+        (folder / "kernels.o").write_bytes(code)
+        (folder / "model.h").write_text(header_text)
+        (folder / "model.c").write_text(tables_text)
+        sources = [str(SOURCES / source) for source in (*SHARED, *OF_STANDARD[fmi])]
+        words = [compiler, *FLAGS, f"-I{folder}", f"-I{SOURCES}", *sources, "model.c", "kernels.o", *LINKING]
+        try:
+            done = subprocess.run(
+                [*words, "-o", "library.so"], cwd=folder, capture_output=True, text=True, timeout=COMPILING_S
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise TowlineError(f"{compiler} did not link the FMU's library: {error}") from error
+        if done.returncode != 0:
+            raise TowlineError(f"{compiler} did not link the FMU's library: {_first_error(done.stderr)}")
+        return (folder / "library.so").read_bytes()
+
+
+def _first_error(text: str) -> str:
+    lines = [line for line in text.splitlines() if "error" in line or "undefined" in line]
+    return (lines or text.splitlines() or ["it said nothing"])[0][:300]
+
+
+def _archive(files: dict[str, bytes]) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            about = zipfile.ZipInfo(name, EPOCH)
+            about.compress_type = zipfile.ZIP_DEFLATED
+            about.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
+            archive.writestr(about, content)
+    return out.getvalue()

@@ -1,0 +1,345 @@
+"""Keeps the hosts of a run at work: starts them, asks them, kills those that hang, and feeds those started again."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from pipeline.bus.messages import (
+    ASSIGN,
+    DONE,
+    END,
+    OUT_OF_ORDER,
+    READY,
+    REFUSED,
+    Message,
+    MessageError,
+    pack,
+    unpack,
+)
+from pipeline.bus.zenoh import APPEARED, VANISHED, Arrival
+from pipeline.errors import HostError
+from pipeline.hosts import facts
+from pipeline.hosts.assignment import to_json
+from pipeline.hosts.deployment import Bus, Deployment, Process
+from pipeline.recovery import Link
+
+POLL_S = 0.05  # between looks at who is overdue; also the longest that one look counts, should this process be stopped
+REPEAT_S = 0.5  # wall time after which an assignment, or a request to another machine, is sent again
+START_S = 60.0  # wall time that a process may take from its start until it is ready; nothing is left to compile
+PREPARE_S = 600.0  # the same of another machine, from its offer on: it may have all to compile
+DEATHS = 5  # a host that ends so often, starting or in one step, without an answer in between stops the run
+END_S = 2.0  # wall time that hosts are given to end by themselves
+
+
+@dataclass
+class Host:
+    """One host as the conductor knows it. limit_s: None for a process of this machine.
+
+    address: of the process that is attached. waited_s: since it last gave a sign, while something is awaited of it.
+    """
+
+    name: str
+    links: list[Link]
+    overdue_s: dict[int, float]  # by section
+    limit_s: float | None
+    process: Process | None = None
+    expected: str = ""  # the name under which its local process offers itself
+    address: tuple[str, str] | None = None
+    incarnation: int = 0
+    is_ready: bool = False
+    waited_s: float = 0.0
+    repeated_s: float = 0.0
+    deaths: int = 0
+    restarts: int = 0
+    late: int = 0
+    refused: int = 0
+    ignored: int = 0  # by the host itself, as it last told
+    is_late: bool = False
+
+    @property
+    def open(self) -> list[Link]:
+        """Sections of which an answer is awaited."""
+        return [link for link in self.links if not link.is_answered]
+
+
+@dataclass
+class Hosts:
+    """All hosts of a run. tell: takes a line about what happened to them; poll: may raise KeyboardInterrupt."""
+
+    run: int
+    hosts: list[Host]
+    bus: Bus
+    deployment: Deployment
+    tell: Callable[[str], None]
+    poll: Callable[[], None] = lambda: None
+    _by_name: dict[str, Host] = field(default_factory=dict)
+    _links: dict[int, Link] = field(default_factory=dict)
+    _by_address: dict[tuple[str, str], Host] = field(default_factory=dict)
+    _looked: float = 0.0
+
+    def start(self) -> None:
+        """Start the processes of this machine, and wait until all hosts are ready. Raises HostError."""
+        self._by_name = {host.name: host for host in self.hosts}
+        self._links = {link.section.number: link for host in self.hosts for link in host.links}
+        for host in self.hosts:
+            if host.limit_s is None:
+                self._start(host)
+            else:
+                self.tell(f"waiting for host {host.name} ({_names(host)}), up to {host.limit_s:g} s")
+        self._wait(lambda: all(host.is_ready for host in self.hosts))
+
+    def ask(
+        self,
+        kind: int,
+        requests: Sequence[tuple[Link, bytes]],
+        t_ns: int,
+        last: Sequence[bool],
+        meanwhile: Callable[[], None],
+    ) -> None:
+        """Send a request to each section, do something meanwhile, and wait for all replies. Raises HostError."""
+        asked = []
+        for (link, numbers), is_last in zip(requests, last, strict=True):
+            host = self._by_name[link.section.host]
+            is_free = host.is_ready and link.is_answered
+            data = link.make(kind, self.run, host.incarnation, t_ns, numbers, is_last=is_last)
+            asked.append(link)
+            host.waited_s = host.repeated_s = 0.0
+            if is_free and host.address is not None:
+                self.bus.send(*host.address, data)
+            link.keep(data)
+        meanwhile()
+        self._wait(lambda: all(link.answered == link.sequence for link in asked))
+
+    def counts(self) -> dict[str, dict[str, int]]:
+        """{host: {restarts, late, refused}}."""
+        return {
+            host.name: {"restarts": host.restarts, "late": host.late, "refused": host.refused + host.ignored}
+            for host in self.hosts
+        }
+
+    def close(self) -> str:
+        """End all processes and the bus; returns what the processes wrote."""
+        for host in self.hosts:
+            if host.address is not None:
+                self.bus.send(*host.address, pack(Message(END, self.run, host.incarnation)))
+        until = time.monotonic() + END_S
+        written = ""
+        for host in self.hosts:
+            if host.process is not None:
+                host.process.end(max(0.0, until - time.monotonic()) if host.is_ready else 0.0)
+                written += host.process.collect()
+        self.bus.close()
+        self.deployment.close()
+        return written
+
+    def _wait(self, is_done: Callable[[], bool]) -> None:
+        """Take in what arrives until it is done."""
+        self._looked = time.monotonic()
+        while not is_done():
+            arrival = self.bus.receive(POLL_S)
+            if arrival is not None:
+                self._take(arrival)
+            if time.monotonic() - self._looked > POLL_S:
+                self.poll()
+                self._look()
+
+    def _take(self, arrival: Arrival) -> None:
+        kind, name, process, data = arrival
+        if kind == APPEARED:
+            self._appeared(name, process)
+            return
+        host = self._by_address.get((name, process))
+        if host is None:
+            return
+        if kind == VANISHED:
+            self._vanished(host)
+        else:
+            self._answered(host, data)
+
+    def _appeared(self, name: str, process: str) -> None:
+        """Give a process that offers itself its sections, if it is the one awaited."""
+        host = self._by_name.get(name)
+        if host is None:
+            return
+        is_other = process != host.expected if host.limit_s is None else False
+        if is_other or host.address is not None:
+            self.tell(f"another process offers itself as {name}: ignored")
+            return
+        host.address = name, process
+        self._by_address[host.address] = host
+        self.bus.attach(name, process)
+        host.incarnation += 1
+        host.waited_s = 0.0
+        if host.limit_s is not None and host.incarnation > 1:
+            host.restarts += 1
+            self.tell(f"host {host.name} is back")
+        self._assign(host)
+
+    def _assign(self, host: Host) -> None:
+        assert host.address is not None
+        wanted = {
+            "facts": dict(facts.own()),
+            "limit_s": host.limit_s or 0.0,
+            "sections": to_json(link.section for link in host.links),
+        }
+        host.repeated_s = 0.0
+        message = Message(ASSIGN, self.run, host.incarnation, text=json.dumps(wanted).encode())
+        self.bus.send(*host.address, pack(message))
+
+    def _vanished(self, host: Host) -> None:
+        if host.limit_s is None:
+            self._restart(host, "died")
+            return
+        self._detach(host)
+        host.waited_s = 0.0
+        self.tell(f"host {host.name} is away{_at(host)}: waiting for it, up to {host.limit_s:g} s")
+
+    def _detach(self, host: Host) -> None:
+        if host.address is not None:
+            self.bus.detach(*host.address)
+            del self._by_address[host.address]
+        host.address, host.is_ready = None, False
+
+    def _answered(self, host: Host, data: bytes) -> None:
+        try:
+            message = unpack(data)
+        except MessageError:
+            host.refused += 1
+            return
+        if (message.run, message.incarnation) != (self.run, host.incarnation):
+            host.refused += 1  # of an incarnation that is no more
+        elif message.kind == DONE:
+            self._done(host, message)
+        elif message.kind == READY and not host.is_ready:
+            self._ready(host, message)
+        elif message.kind == REFUSED:
+            reasons = "; ".join(json.loads(message.text)["reasons"])
+            raise HostError(f"host {host.name} cannot take part: {reasons}")
+        elif message.kind == OUT_OF_ORDER and host.is_ready:
+            self._out_of_order(host, message)
+        elif message.kind != READY:
+            host.refused += 1
+
+    def _ready(self, host: Host, message: Message) -> None:
+        """Restore what the host had done, and feed it the requests since."""
+        assert host.address is not None
+        warning = facts.warning(facts.own(), json.loads(message.text)["facts"], host.name)
+        if warning and host.incarnation == 1:
+            self.tell(warning)
+        host.is_ready, host.waited_s = True, 0.0
+        for link in host.links:
+            restore = link.restart(self.run, host.incarnation)
+            if restore is not None:
+                self.bus.send(*host.address, restore)
+            self._ask_next(host, link)
+
+    def _ask_next(self, host: Host, link: Link) -> None:
+        if not link.is_answered and host.address is not None:
+            self.bus.send(*host.address, link.open_request(host.incarnation))
+
+    def _done(self, host: Host, message: Message) -> None:
+        link = self._links.get(message.section)
+        if link is None or link.section.host != host.name or not host.is_ready or not link.take(message):
+            host.refused += 1
+            return
+        host.ignored = message.ignored
+        host.waited_s = host.repeated_s = 0.0
+        host.is_late = False
+        if link.is_answered:
+            host.deaths = 0
+        else:
+            self._ask_next(host, link)
+
+    def _out_of_order(self, host: Host, message: Message) -> None:
+        """A host that is not where it should be begins a new incarnation, which is restored and fed."""
+        if any(link.section.number == message.section and message.sequence == link.answered for link in host.links):
+            return
+        host.is_ready = False
+        host.incarnation += 1
+        self._assign(host)
+
+    def _look(self) -> None:
+        """Who is overdue, who has died."""
+        now = time.monotonic()
+        passed, self._looked = min(now - self._looked, 2 * POLL_S), now
+        for host in self.hosts:
+            if host.process is not None and not host.process.is_alive():
+                self._restart(host, "died")
+            elif not host.is_ready or host.open:
+                host.waited_s += passed
+                host.repeated_s += passed
+                self._watch(host)
+
+    def _watch(self, host: Host) -> None:
+        """A host that something is awaited of."""
+        overdue_s = min((host.overdue_s[link.section.number] for link in host.open), default=0.0)
+        if host.limit_s is None:
+            self._watch_process(host, overdue_s)
+        else:
+            self._watch_machine(host, overdue_s, host.limit_s)
+        if host.repeated_s > REPEAT_S and host.address is not None:
+            self._repeat(host)
+
+    def _watch_process(self, host: Host, overdue_s: float) -> None:
+        """A process of this machine is started again."""
+        if not host.is_ready and host.waited_s > START_S:
+            self._restart(host, f"did not get ready within {START_S:g} s")
+        elif host.is_ready and host.waited_s > overdue_s:
+            host.late += 1
+            self._restart(host, f"has not answered for {overdue_s:g} s")
+
+    def _watch_machine(self, host: Host, overdue_s: float, limit_s: float) -> None:
+        """Another machine is waited for."""
+        is_preparing = host.address is not None and not host.is_ready
+        if host.waited_s > (PREPARE_S if is_preparing else limit_s):
+            waited = f"was waited for {host.waited_s:.0f} s{_at(host)}"
+            raise HostError(f"host {host.name} ({_names(host)}) {waited}; start it by towline host --name {host.name}")
+        if host.is_ready and host.waited_s > overdue_s and not host.is_late:
+            host.is_late = True
+            host.late += 1
+            self.tell(f"host {host.name} ({_names(host)}) is late{_at(host)}: waiting, up to {limit_s:g} s")
+
+    def _repeat(self, host: Host) -> None:
+        """Send again what may have been lost with a connection."""
+        host.repeated_s = 0.0
+        if not host.is_ready:
+            self._assign(host)
+            return
+        for link in host.open:
+            self._ask_next(host, link)
+
+    def _start(self, host: Host) -> None:
+        host.expected = secrets.token_hex(8)
+        host.waited_s = host.repeated_s = 0.0
+        host.process = self.deployment.start(host.name, host.expected)
+
+    def _restart(self, host: Host, why: str) -> None:
+        """Kill what is left of a local host's process and start another. Raises HostError where that leads nowhere."""
+        assert host.process is not None
+        host.deaths = host.deaths + 1 if host.open or not host.is_ready else 0
+        host.restarts += 1
+        self._detach(host)
+        host.process.end()
+        written = host.process.collect().strip().splitlines()
+        last_words = f"; its last words: {written[-1].strip()[:200]}" if written else ""
+        host.process = None
+        what = f"host {host.name} ({_names(host)}) {why}{_at(host)}"
+        if host.deaths >= DEATHS:
+            overdue = "; a step that takes longer needs `overdue:`" if "answered" in why else ""
+            raise HostError(f"{what}, {host.deaths} times in a row{last_words}{overdue}")
+        self.tell(f"{what}{last_words}: started again")
+        self._start(host)
+
+
+def _names(host: Host) -> str:
+    """The components that are being stepped, or all."""
+    return ", ".join(link.names for link in host.open or host.links)
+
+
+def _at(host: Host) -> str:
+    """The step that is awaited, as the end of a sentence."""
+    return "".join(f" in its step at t = {link.t_ns / 1e9:.9g} s" for link in host.open[:1])

@@ -1,0 +1,169 @@
+"""What the conductor keeps of a section so that it can be started again: its last snapshot, and all requests since."""
+
+from __future__ import annotations
+
+from tempfile import TemporaryFile
+from typing import IO
+
+from pipeline.bus.messages import RESTORE, SETTINGS, STATE, WANT_STATE, Message, pack, readdressed
+from pipeline.hosts.lengths import Lengths
+from pipeline.sections import Section
+
+Numbers = bytes | memoryview  # float64, little-endian
+STATE_BYTES = 64 << 10  # a snapshot up to this size comes with every reply
+TAPE_BYTES = 64 << 20  # requests beyond this are kept in a temporary file
+
+
+class Tape:
+    """Requests in order: the last ones in memory, and where these were more than TAPE_BYTES, the first in a file."""
+
+    def __init__(self) -> None:
+        self._recent: list[bytes] = []
+        self._bytes = 0
+        self._file: IO[bytes] | None = None
+        self._ends = [0]  # in the file
+
+    def __len__(self) -> int:
+        return len(self._ends) - 1 + len(self._recent)
+
+    def __getitem__(self, i: int) -> bytes:
+        spilled = len(self._ends) - 1
+        if i >= spilled:
+            return self._recent[i - spilled]
+        assert self._file is not None
+        self._file.seek(self._ends[i])
+        return self._file.read(self._ends[i + 1] - self._ends[i])
+
+    def append(self, data: bytes) -> None:
+        """Add one."""
+        self._recent.append(data)
+        self._bytes += len(data)
+        if self._bytes > TAPE_BYTES:
+            self._spill()
+
+    def _spill(self) -> None:
+        self._file = self._file or TemporaryFile()  # noqa: SIM115 - closed by clear()
+        self._file.seek(self._ends[-1])
+        for data in self._recent:
+            self._file.write(data)
+            self._ends.append(self._ends[-1] + len(data))
+        self._recent, self._bytes = [], 0
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._recent.clear()
+        self._bytes = 0
+        if self._file is not None:
+            self._file.close()
+            self._file, self._ends = None, [0]
+
+
+class Link:
+    """The conductor's side of one section: requests numbered, replies taken in order.
+
+    sequence: of the last request made. answered: of the last one that the host's present incarnation has answered.
+    settings: the section's parameters and offsets as events left them. reply: to the last request answered.
+    """
+
+    def __init__(self, section: Section, lengths: Lengths, settings: bytes):
+        """settings: at t0."""
+        self.section = section
+        self.lengths = lengths
+        self.settings = settings
+        self.sequence = self.answered = -1
+        self.t_ns = section.graph.start_ns
+        self.reply: Message | None = None
+        self.state_every = 1 + 8 * (lengths.signals + lengths.energies + lengths.state) // STATE_BYTES
+        self._tape = Tape()
+        self._snapshot: tuple[Numbers, Numbers, Numbers] = b"", b"", b""  # signals, energies, states
+        self._brought: Message | None = None  # the reply that brought a later one
+        self._kept = -1  # the sequence after which that was taken
+        self._kept_settings = b""
+        self._is_changed = False
+
+    @property
+    def names(self) -> str:
+        """Of its components, as one reads them in a message."""
+        return ", ".join(node.name for node in self.section.graph.nodes)
+
+    @property
+    def is_answered(self) -> bool:
+        """Whether no request is open."""
+        return self.answered == self.sequence
+
+    def change(self, settings: bytes) -> None:
+        """Send these settings with the next request, if they are others."""
+        if settings != self.settings:
+            self.settings, self._is_changed = settings, True
+
+    def make(self, kind: int, run: int, incarnation: int, t_ns: int, numbers: bytes, *, is_last: bool) -> bytes:
+        """Make the next request, to be kept. is_last: of its block, after which the run may be saved."""
+        self.sequence += 1
+        self.t_ns = t_ns
+        wants_state = is_last or self.sequence % self.state_every == 0
+        flags = (WANT_STATE if wants_state else 0) | (SETTINGS if self._is_changed else 0)
+        if self._is_changed:
+            numbers += self.settings
+            self._is_changed = False
+        number, sequence = self.section.number, self.sequence
+        return pack(Message(kind, run, incarnation, number, sequence, t_ns, flags, numbers=numbers))
+
+    def keep(self, request: bytes) -> None:
+        """Keep the request just made, which may be under way already."""
+        self._tape.append(request)
+
+    def open_request(self, incarnation: int) -> bytes:
+        """The request that the host has to answer next."""
+        return readdressed(self._tape[self.answered - self._kept], incarnation)
+
+    def take(self, message: Message) -> bool:
+        """Take a reply in; False where it is not the one awaited."""
+        if message.sequence != self.answered + 1 or self.is_answered:
+            return False
+        if len(message.numbers) != 8 * self.lengths.reply(message.flags):
+            return False
+        self.answered = message.sequence
+        self.reply = message
+        if message.flags & STATE:
+            self._keep_state(message)
+        return True
+
+    def _keep_state(self, message: Message) -> None:
+        """Its snapshot; the requests up to it are done with."""
+        if self.is_answered:
+            self._brought = message
+            self._kept, self._kept_settings = message.sequence, self.settings
+            self._tape.clear()
+
+    @property
+    def snapshot(self) -> tuple[Numbers, Numbers, Numbers]:
+        """The last one: signals, energies of bonds, states."""
+        if self._brought is not None:
+            numbers, of = self._brought.numbers, self.lengths
+            energies = 8 * (of.signals + of.rows)
+            states = energies + 8 * of.energies
+            self._snapshot = (
+                numbers[: 8 * of.signals],
+                numbers[energies:states],
+                numbers[states : states + 8 * of.state],
+            )
+            self._brought = None
+        return self._snapshot
+
+    def begin_at(self, signals: bytes, energies: bytes, states: bytes, settings: bytes) -> None:
+        """Go on from a snapshot of the run."""
+        self._snapshot = signals, energies, states
+        self.settings = self._kept_settings = settings
+        self._kept = self.sequence = self.answered = 0
+
+    def restart(self, run: int, incarnation: int) -> bytes | None:
+        """What the host's next incarnation is to be restored with; None where it begins at t0."""
+        self.answered = self._kept
+        if self._kept < 0:
+            return None
+        numbers = b"".join((*self.snapshot, self._kept_settings))
+        return pack(Message(RESTORE, run, incarnation, self.section.number, self._kept, self.t_ns, numbers=numbers))
+
+    def close(self) -> None:
+        """Forget everything."""
+        self._tape.clear()

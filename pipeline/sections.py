@@ -1,0 +1,203 @@
+"""Cuts a graph's schedule into sections: maximal runs of one host's components that it allows back to back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from pipeline.graph import Bond, Graph, Node, OtherEnd, Term, execution_order
+
+
+@dataclass(frozen=True)
+class Section:
+    """Some of one host's components, stepped back to back in a tick, and what they read from elsewhere.
+
+    stage: sections of one stage do not depend on each other within a tick. nodes, bonds: indices in the whole graph.
+    outside: (k,) places on the whole graph's board (its delayed copies behind its signals) of what is read from other
+    sections. graph: of the section alone; its board is that of its nodes, then the k numbers from outside.
+    """
+
+    number: int
+    host: str
+    stage: int
+    nodes: tuple[int, ...]
+    bonds: tuple[int, ...]
+    outside: np.ndarray
+    graph: Graph
+
+    @property
+    def signals(self) -> int:
+        """Numbers that its nodes put on the board."""
+        return sum(node.width for node in self.graph.nodes)
+
+    @cached_property
+    def periods(self) -> tuple[int, ...]:
+        """The different periods of its components, in ticks."""
+        return tuple(sorted({node.period for node in self.graph.nodes}))
+
+    def is_due(self, tick: int) -> bool:
+        """Whether one of its components steps in the tick."""
+        return self.periods[0] == 1 or any(tick % period == 0 for period in self.periods)
+
+    def next_due(self, tick: int) -> int:
+        """The first tick after this one in which one of them steps."""
+        return min((tick // period + 1) * period for period in self.periods)
+
+
+def cut(graph: Graph, hosts: Sequence[str]) -> tuple[Section, ...]:
+    """Sections in the order of their stages, and within a stage of their first nodes. hosts: of each node."""
+    groups = execution_order(graph)
+    after = _successors(graph, groups)
+    host = [hosts[members[0]] for members in groups]
+    stage = _earliest(after, host)
+    _put_off(stage, after, host)
+    members: dict[tuple[int, str], list[int]] = {}
+    for group in range(len(groups)):
+        members.setdefault((stage[group], host[group]), []).append(group)
+    ordered = sorted(members.items(), key=lambda item: (item[0][0], min(groups[g][0] for g in item[1])))
+    delayed = _delayed_places(graph)
+    return tuple(
+        _section(number, name, at, graph, [groups[g] for g in inside], delayed)
+        for number, ((at, name), inside) in enumerate(ordered)
+    )
+
+
+def _producers(graph: Graph) -> np.ndarray:
+    """The node that writes each signal of the board."""
+    return np.repeat(np.arange(len(graph.nodes)), [node.width for node in graph.nodes])
+
+
+def _successors(graph: Graph, groups: list[tuple[int, ...]]) -> list[set[int]]:
+    """For each group those that read it directly; all of them come later in the list."""
+    producer = _producers(graph)
+    group_of = {node: number for number, members in enumerate(groups) for node in members}
+    after: list[set[int]] = [set() for _ in groups]
+    for i, node in enumerate(graph.nodes):
+        for term in node.terms:
+            if not term.delayed and term.gain != 0.0:
+                for j in set(producer[term.source : term.source + term.count].tolist()):
+                    if group_of[j] != group_of[i]:
+                        after[group_of[j]].add(group_of[i])
+    return after
+
+
+def _earliest(after: list[set[int]], host: list[str]) -> list[int]:
+    """Each group's first possible stage: one after its producers' on other hosts, no earlier than those on its own."""
+    stage = [0] * len(after)
+    for group, later in enumerate(after):
+        for other in later:
+            stage[other] = max(stage[other], stage[group] + (host[other] != host[group]))
+    return stage
+
+
+def _put_off(stage: list[int], after: list[set[int]], host: list[str]) -> None:
+    """Join each section to its host's next one where no other host waits for it in between."""
+    for at in range(max(stage, default=0) - 1, -1, -1):
+        for name in sorted({host[group] for group in range(len(stage)) if stage[group] == at}):
+            inside = [group for group in range(len(stage)) if stage[group] == at and host[group] == name]
+            following = min((s for s, h in zip(stage, host, strict=True) if h == name and s > at), default=None)
+            waiting = [stage[g] for group in inside for g in after[group] if host[g] != name]
+            if following is not None and all(following < s for s in waiting):
+                for group in inside:
+                    stage[group] = following
+
+
+def _delayed_places(graph: Graph) -> dict[tuple[int, int], int]:
+    """Where memory.lay_out puts the copy of each delayed term, by node and place in its terms."""
+    places, at = {}, graph.board
+    for i, node in enumerate(graph.nodes):
+        for j, term in enumerate(node.terms):
+            if term.delayed:
+                places[i, j] = at
+                at += term.count
+    return places
+
+
+def _section(
+    number: int,
+    host: str,
+    stage: int,
+    graph: Graph,
+    groups: list[tuple[int, ...]],
+    delayed: dict[tuple[int, int], int],
+) -> Section:
+    nodes = sorted(node for group in groups for node in group)
+    place: dict[int, int] = {}  # on the section's board, of its own signals
+    for i in nodes:
+        for signal in range(graph.nodes[i].start, graph.nodes[i].start + graph.nodes[i].width):
+            place[signal] = len(place)
+    outside: dict[int, int] = {}  # place on the whole board -> place on the section's
+
+    def seen(i: int, j: int, offset: int) -> tuple[int, bool]:
+        """Where the section reads a number of node i's term j, and whether that is one of its own signals."""
+        term = graph.nodes[i].terms[j]
+        if term.gain == 0.0:
+            return 0, True
+        if term.source + offset in place:
+            return place[term.source + offset], True
+        whole = (delayed[i, j] if term.delayed else term.source) + offset
+        return outside.setdefault(whole, len(place) + len(outside)), False
+
+    renumbered = {node: index for index, node in enumerate(nodes)}
+    inside = [_moved(graph.nodes[i], i, place, seen) for i in nodes]
+    bonds = [j for j, bond in enumerate(graph.bonds) if bond.line in renumbered]
+    alone = replace(
+        graph,
+        nodes=tuple(inside),
+        stages=(tuple(tuple(renumbered[i] for i in group) for group in groups),),
+        board=len(place) + len(outside),
+        bonds=tuple(_moved_bond(graph.bonds[j], renumbered, bonds, place) for j in bonds),
+        events=(),
+    )
+    return Section(number, host, stage, tuple(nodes), tuple(bonds), np.array([*outside], np.int64), alone)
+
+
+Seen = Callable[[int, int, int], tuple[int, bool]]
+
+
+def _moved(node: Node, i: int, place: dict[int, int], seen: Seen) -> Node:
+    """The node on the section's board; what comes from other sections is read there directly."""
+    terms = [part for j, term in enumerate(node.terms) for part in _parts(term, lambda c, j=j: seen(i, j, c))]
+    return replace(node, start=place[node.start] if node.width else 0, terms=tuple(terms))
+
+
+def _parts(term: Term, seen: Callable[[int], tuple[int, bool]]) -> Iterable[Term]:
+    """A term made into ones whose sources follow each other on the section's board; each number stays the same."""
+    if term.gain == 0.0:
+        return [term]
+    places = [seen(c) for c in range(term.count)]
+    cuts = [c for c in range(1, term.count) if places[c] != (places[c - 1][0] + 1, places[c - 1][1])]
+    parts = []
+    for first, end in zip([0, *cuts], [*cuts, term.count], strict=True):
+        source, own = places[first]
+        is_delayed = term.delayed and own
+        part = replace(
+            term,
+            target=term.target + first,
+            source=source,
+            count=end - first,
+            offset=term.offset[first:end],
+            delayed=is_delayed,
+            initial=term.initial[first:end] if is_delayed else (),
+        )
+        parts.append(part)
+    return parts
+
+
+def _moved_bond(bond: Bond, nodes: dict[int, int], bonds: list[int], place: dict[int, int]) -> Bond:
+    other = bond.other
+    if other is not None:
+        at = place[other.cross], place[other.accelerance]
+        other = OtherEnd(bonds.index(other.bond), at[0], other.is_first, at[1])
+    return replace(
+        bond,
+        line=nodes[bond.line],
+        body=nodes[bond.body],
+        motion=place[bond.motion],
+        law=place[bond.law],
+        accepted=place[bond.accepted],
+        other=other,
+    )

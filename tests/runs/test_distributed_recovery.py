@@ -1,0 +1,201 @@
+"""Hosts that die or hang, and a conductor that dies: the run goes on to the undisturbed digest, or says why it cannot.
+
+Authority: the local run's digest; the operating system's list of processes.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from pipeline.errors import HostError, LogError
+from pipeline.hosts.deployment import BusOptions
+from pipeline.log.reader import open_log
+from pipeline.rerun import graph_of
+from pipeline.resume import resume_run
+from pipeline.run import Options, run_scenario
+from pipeline.scenario import load_scenario, load_scenario_text
+from pipeline.wiring import build_graph
+
+ROOT = Path(__file__).parents[2]
+POOL = ROOT / "scenarios" / "pool_chain.yaml"
+LIMIT_S = 60.0
+# A component of 20 000 numbers of state, which come with every third reply only, and one that fails as `how` says.
+COMPONENT = '''
+"""Counts in all of its state; at 0.5 s it fails once, or always."""
+import os, signal, time
+from pathlib import Path
+from components.contract import Component, Parameters, Port, Sizes
+
+def fail():
+    {how}
+
+def init(t_ns, dt_ns, p, u, x, y, w):
+    x[:] = 1.0
+    y[0] = 1.0
+    return 0
+
+def step(t_ns, dt_ns, p, u, x, y, w):
+    x *= 1.001
+    y[0] = x.sum() + u[0]
+    if t_ns == 500_000_000 and {when}:
+        mark = Path({mark!r})
+        if not mark.exists():
+            {touch}
+            fail()
+    return 0
+
+COMPONENT = Component(
+    name="failing", parameters=Parameters, init=init, step=step, compiled=False, sizes=lambda _: Sizes(state=20_000),
+    inputs=lambda _: (Port("neighbour", "1"),), outputs=lambda _: (Port("out", "1"),),
+)
+'''
+SCENARIO = """
+duration: 1 s
+step: 10 ms
+components:
+  ring: {model: motion.van_der_pol, inputs: {neighbour: {from: failing.out, delay: true}}}
+  failing: {model: ./failing.py, overdue: 300 ms, inputs: {neighbour: ring.position}}
+"""
+WAYS = {
+    "killed": "os.kill(os.getpid(), signal.SIGKILL)",
+    "exits": "os._exit(3)",
+    "hangs": "time.sleep(1000)",
+    "stopped": "os.kill(os.getpid(), signal.SIGSTOP)",
+}
+
+
+def failing(folder: Path, way: str, *, always: bool = False):
+    mark = folder / "failed"
+    touch = "pass" if always else "mark.touch()"
+    only_hosts = f"os.getpid() != {os.getpid()}"
+    text = COMPONENT.format(how=WAYS[way], mark=str(mark), touch=touch, when=only_hosts)
+    (folder / "failing.py").write_text(text)
+    return load_scenario_text(SCENARIO, "failing.yaml", folder)
+
+
+def run(scenario, path, bus=None, said=None):
+    tell = said.append if said is not None else lambda _: None
+    return run_scenario(scenario, build_graph(scenario), path, Options(bus=bus, tell=tell), lambda _: None)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_fails_once_within_a_step(way, tmp_path):
+    """It is named with its step, started again, restored and fed; the log tells, the digest does not."""
+    scenario, said = failing(tmp_path, way), []
+    local = run(scenario, tmp_path / "local.mcap")
+    result = run(scenario, tmp_path / "zenoh.mcap", BusOptions(), said)
+    assert result.digest == local.digest
+    assert result.hosts["failing"] == {"restarts": 1, "late": int(way in ("hangs", "stopped")), "refused": 0}
+    what = "died" if way in ("killed", "exits") else "has not answered for 0.3 s"
+    assert said == [f"host failing (failing) {what} in its step at t = 0.5 s: started again"]
+    assert [text for _, text in open_log(result.log).events()] == said
+
+
+@pytest.mark.parametrize("way", ["exits", "hangs"])
+def test_fails_always(way, tmp_path):
+    """The run stops, naming host, component and step; the log is whole up to there."""
+    scenario = failing(tmp_path, way, always=True)
+    with pytest.raises(
+        HostError, match=r"host failing \(failing\) .* in its step at t = 0.5 s, 5 times in a row"
+    ) as error:
+        run(scenario, tmp_path / "zenoh.mcap", BusOptions())
+    assert ("needs `overdue:`" in str(error.value)) == (way == "hangs")
+    log = open_log(tmp_path / "zenoh.mcap")
+    assert log.complete
+    assert log.metadata("result")["ending"] == str(error.value)
+    assert log.times("ring")[-1] == 490_000_000
+    assert not psutil.Process().children(recursive=True)
+
+
+def test_random_strikes():
+    """The benchmark's strikes, fewer of them."""
+    spec = importlib.util.spec_from_file_location("chaos", ROOT / "tests" / "benchmarks" / "chaos.py")
+    chaos = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = chaos
+    spec.loader.exec_module(chaos)
+    dice, strikes = random.Random(5), 0
+    for case in chaos.CASES[1:]:
+        outcome = chaos.disturbed(*case, dice)
+        assert outcome.is_equal
+        assert outcome.left_behind == 0
+        strikes += outcome.strikes.total()
+    assert strikes > 0
+
+
+def start(path: Path, *words: str) -> subprocess.Popen:
+    """A paced run by the command line, once it has written to its log."""
+    words = ("run", str(POOL), "--bus", "zenoh", "--rate", "1", "--out", str(path), "--json", *words)
+    child = subprocess.Popen(
+        [sys.executable, "-m", "pipeline.cli", *words],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT, process_group=0,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+    deadline = time.monotonic() + LIMIT_S
+    while not (path.exists() and path.stat().st_size > 4096) and time.monotonic() < deadline:
+        assert child.poll() is None, child.stderr.read()
+        time.sleep(0.05)
+    return child
+
+
+def gone(processes: list[psutil.Process]) -> bool:
+    return not psutil.wait_procs(processes, timeout=5.0)[1]
+
+
+def test_interrupt(tmp_path):
+    """Ctrl-C at a terminal goes to the whole group: log closed, processes gone, status 130."""
+    path = tmp_path / "a.mcap"
+    child = start(path)
+    family = psutil.Process(child.pid).children(recursive=True)
+    assert len(family) == 5  # four hosts, and what forks them
+    os.killpg(child.pid, signal.SIGINT)
+    out, err = child.communicate(timeout=LIMIT_S)
+    assert (child.returncode, json.loads(out), err) == (130, {"error": "interrupted"}, "towline: interrupted\n")
+    assert gone(family)
+    log = open_log(path)
+    assert log.complete
+    assert log.metadata("result")["ending"] == "interrupted"
+
+
+def test_conductor_killed_and_resumed(tmp_path):
+    """No host outlives it, and the log goes on over zenoh to the digest of the undisturbed run."""
+    path = tmp_path / "a.mcap"
+    child = start(path, "--until", "12s")
+    family = psutil.Process(child.pid).children(recursive=True)
+    child.kill()
+    child.communicate(timeout=LIMIT_S)
+    assert gone(family)
+    log = open_log(path)
+    assert not log.complete
+    out = tmp_path / "resumed.mcap"
+    result = resume_run(log, *graph_of(log), out, Options(bus=BusOptions()), lambda _: None)
+    whole = run(load_scenario(POOL, duration="12 s"), tmp_path / "whole.mcap")
+    assert result.digest == whole.digest
+
+
+def test_disk_full(tmp_path, monkeypatch):
+    """The recorder's refusal ends the run with one line; the log is readable, and nobody is left."""
+    scenario = load_scenario(POOL, duration="5 s")
+    graph = build_graph(scenario)
+
+    def full(*_) -> None:
+        raise LogError("a.mcap: cannot write: No space left on device")
+
+    def fill(simulated_s: float) -> None:
+        if simulated_s > 1.0:
+            monkeypatch.setattr("pipeline.log.recorder.Recorder.rows", full)
+
+    with pytest.raises(LogError, match="No space left"):
+        run_scenario(scenario, graph, tmp_path / "a.mcap", Options(bus=BusOptions()), fill)
+    assert not psutil.Process().children(recursive=True)
+    assert not open_log(tmp_path / "a.mcap").complete
