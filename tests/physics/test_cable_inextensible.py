@@ -68,9 +68,10 @@ def test_links_are_a_double_pendulum(cable):
 
 
 def test_folded_chain_falls_faster_than_free(cable):
-    """One end of a folded chain let go: it has fallen L after 0.8472 sqrt(2 L / g) (Calkin and March 1989; Tomaszewski
-    2006, Am. J. Phys. 74, 776), which is 0.853 of free fall's
-    time at 0.98 L. Tolerance: the fold of the lumped chain, which falls as 1 / n (0.876, 0.865 at n = 100, 200).
+    """One end of a folded chain let go: it has fallen 0.98 L after 0.853 of a free fall's time (Calkin and March 1989).
+
+    Of 200 links, 0.859: `leapfrog` of test_cable_motion_hard with as many, damped or not. 1.5 % of that, for what is
+    between impacts of links that give nothing back and steps that do not end on them.
     """
     n, h = 200, 5e-4
     chain = cable(
@@ -87,7 +88,7 @@ def test_folded_chain_falls_faster_than_free(cable):
             break
     lengths = np.linalg.norm(np.diff(free["nodes"], axis=0), axis=1)
     assert lengths.max() < (2.0 / n) * (1 + 1e-9)
-    assert fallen / np.sqrt(2 * 1.96 / G) == pytest.approx(0.8472 / np.sqrt(0.98) - 0.003, abs=0.015)
+    assert fallen / np.sqrt(2 * 1.96 / G) == pytest.approx(0.859, rel=0.015)
 
 
 def test_inextensible_is_the_limit_of_stiff(cable):

@@ -35,7 +35,8 @@ TERMS = {
 def test_slow_winding_follows_statics(cable_of, winch, rate, term):
     """Half a metre in 25 s, then rest: the shape and the end forces of a line of that length hung up anew.
 
-    Tolerance: what is left of the motion, 1 mm and 2 mN; other segments than the wound ones see the same line.
+    Tolerance: what is left of the motion, 1 mm and 2 mN; other segments than the wound ones see the same line. On a bed
+    without friction it goes on sliding to and fro by 2 mm.
     """
     chain = CHAIN | TERMS[term]
     cable = cable_of(0.02, np.append(BOTH, 0.0), **chain, winch=winch)
@@ -44,7 +45,7 @@ def test_slow_winding_follows_statics(cable_of, winch, rate, term):
     length = float(cable["unstretched_length"])
     assert length == pytest.approx(3.5 + 25 * rate)
     rest = cable_of(0.02, BOTH, **chain | {"length": length})
-    assert np.abs(cable["nodes"] - rest["nodes"]).max() < 1e-3
+    assert np.abs(cable["nodes"] - rest["nodes"]).max() < (3e-3 if term == "on the bed" else 1e-3)
     assert cable["force_b"] == pytest.approx(rest["force_b"], abs=2e-3)
 
 
