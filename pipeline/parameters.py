@@ -8,7 +8,7 @@ import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import ValidationError
 
@@ -49,6 +49,12 @@ def is_tunable(kind: type[Parameters], name: str) -> bool:
     return isinstance(extra, dict) and extra.get("tunable") is True
 
 
+def nested(kind: type[Parameters], name: str) -> type[Parameters] | None:
+    """What a parameter is a list of, where it is one of mappings of parameters."""
+    found = [one for one in get_args(kind.model_fields[name].annotation) if isinstance(one, type)]
+    return next((one for one in found if issubclass(one, Parameters)), None)
+
+
 def gather(kind: type[Parameters], table: Table, folder: Path, path: str, problems: list[Problem]) -> dict[str, Given]:
     """What a scenario writes for a component, over what the file it names writes."""
     given: dict[str, Given] = {}
@@ -86,7 +92,10 @@ def build(
             name = str(steps[0]) if steps else ""
             if name in meant or any(problem.startswith(below(path, *steps[:1])) for problem in wrong):
                 continue
-            text = _missing(kind, name) if detail["type"] == "missing" else in_words(detail, _suffix(kind, name))
+            if any(problem == below(path, *steps) for problem in wrong):
+                continue
+            last, field = _innermost(kind, steps)
+            text = _missing(last, field) if detail["type"] == "missing" else in_words(detail, _suffix(last, field))
             where = place if name else last_given(given, place)
             if name in given:
                 where = place_at(given[name].tree, steps[1:])
@@ -122,8 +131,13 @@ def changed(parameters: Parameters, name: str, given: Given, path: str, problems
 
 def written(parameters: Parameters) -> dict[str, Any]:
     """All parameters as plain YAML values with units, which read back to the same bits."""
-    values = parameters.model_dump(mode="json")
-    return {name: _written(value, unit_of(type(parameters), name)) for name, value in values.items()}
+    found: dict[str, Any] = {}
+    for name, value in parameters.model_dump(mode="json").items():
+        if nested(type(parameters), name) is None:
+            found[name] = _written(value, unit_of(type(parameters), name))
+        else:
+            found[name] = [written(one) for one in getattr(parameters, name)]
+    return found
 
 
 def numbers(tree: Tree, unit: str, path: str, problems: list[Problem], bare: str = "") -> Any:
@@ -164,9 +178,28 @@ def _value(kind: type[Parameters], name: str, given: Given, path: str, problems:
     tree = given.tree
     if isinstance(tree, Table) and "csv" in tree.entries:
         return _rows(tree, given.folder, path, problems)
+    inner = nested(kind, name)
+    if inner is not None and isinstance(tree, Items):
+        steps = enumerate(tree.items)
+        return [_mapping(inner, item, given, below(path, i), problems) for i, item in steps]
     if unit is None or (isinstance(tree, Scalar) and tree.value is None):
         return plain(tree)
     return numbers(tree, unit, path, problems, unit if given.is_si else given.unit)
+
+
+def _mapping(kind: type[Parameters], tree: Tree, given: Given, path: str, problems: list[Problem]) -> Any:
+    """One mapping of a list of them, in SI."""
+    if not isinstance(tree, Table):
+        return plain(tree)
+    values = {}
+    for name, value in tree.entries.items():
+        if name in kind.model_fields:
+            one = Given(value, tree.keys[name], given.folder, given.unit, given.is_si)
+            values[name] = _value(kind, name, one, below(path, name), problems)
+        else:
+            text = f"unknown parameter{closest(name, list(kind.model_fields))}"
+            problems.append(Problem(tree.keys[name], below(path, name), text))
+    return values
 
 
 def _from_file(
@@ -253,6 +286,13 @@ def _rows(tree: Table, folder: Path, path: str, problems: list[Problem]) -> Any:
             problems.append(Problem(Place(name, line), path, str(error)))
             break
     return [row[0] for row in rows] if isinstance(wanted, str) else rows
+
+
+def _innermost(kind: type[Parameters], steps: tuple[str | int, ...]) -> tuple[type[Parameters], str]:
+    """The mapping that a place in the parameters is in, and the parameter's name there."""
+    name = str(steps[0]) if steps else ""
+    inner = nested(kind, name) if name in kind.model_fields else None
+    return _innermost(inner, steps[2:]) if inner is not None and len(steps) > 2 else (kind, name)
 
 
 def _missing(kind: type[Parameters], name: str) -> str:

@@ -49,7 +49,7 @@ class Cable:
     @property
     def state(self):
         """A view of the nodes' records."""
-        return self.x.reshape(-1, line.STATE)
+        return self.x[: line.STATE * (self.parameters.segments + 1)].reshape(-1, line.STATE)
 
 
 STILL = np.zeros(9)

@@ -3,43 +3,64 @@
 from math import sqrt
 
 from components.compiled import kernel
+from components.tether.cable import bending, clumps, flow, seabed
 from components.tether.cable.drag import morison
-from components.tether.cable.line import ACC, DIR, KE, SCRATCH, TC, D, E, Q, R, T, V
+from components.tether.cable.line import ACC, DIR, KE, SCRATCH, TC, WATER, D, E, Q, R, T, V
+from components.tether.cable.part import part, whole
 
 # Softens a segment's length so that one squeezed to a point has a tangent (zero) and no NaN; times l0, squared.
 POINT = 1e-16
 EPSILON = 2.0**-52
+# Penalty of an inextensible part over its inertia in the time scheme, c_c^2 m: an iteration leaves about 1 % of the
+# stretch.
+OUTWEIGH = 100.0
 
 
 @kernel
-def axial(stretch, rate, taut, line, c_c):
-    """Tension [N] and its slope [N/m] at the elongation l - l0 [m] and its rate [m/s].
+def axial(stretch, rate, last, s, c_c):
+    """Tension [N] and its slope [N/m] of the part s at the elongation l - l0 [m] and its rate [m/s].
 
     T = EA (e + tau de/dt), e = (l - l0) / l0 (Kelvin-Voigt); a line that takes no compression has max(0, T). While
-    the last linear solution has the segment taut, the law is taken as linear (so T may come out negative, which
-    `imbalance` counts): the active set of a primal-dual method, with the tension as multiplier.
+    the last linear solution has the segment taut (last > 0, its tension), the law is taken as linear (so T may come
+    out negative, which `imbalance` counts): the active set of a primal-dual method, with the tension as multiplier.
     """
-    tension = line.k * (stretch + line.tau * rate)
-    if line.tension_only and tension <= 0.0 and not taut:
+    tension = s.k * (stretch + s.tau * rate)
+    if s.tension_only and tension <= 0.0 and not last > 0.0:
         return 0.0, 0.0
-    return tension, line.k * (1.0 + line.tau * c_c)
+    return tension, s.k * (1.0 + s.tau * c_c)
 
 
 @kernel
-def half_segment(vx, vy, vz, ax, ay, az, tx, ty, tz, line, c_m, c_c):
-    """What half a segment gives to its end node: f - M a without tension (3), and c_m M + c_c C (6).
+def multiplier(stretch, last, s, c_c):
+    """Tension [N] of an inextensible part and the penalty [N/m], by the method of multipliers (Hestenes 1969).
 
-    M = m + rho V (Ca_n (I - t t') + Ca_t t t'), C the drag's damping matrix; order xx, yy, zz, xy, xz, yz.
+    T = last + k stretch: each linear solution takes this T for the next `last`, so that it comes to rest only where
+    the stretch is nothing, whatever the penalty k; the faster, the more k outweighs the inertia of a short step. At an
+    instant (c_c = 0), where only accelerations are sought, the tension stays near the last.
     """
-    fx, fy, fz, cxx, cyy, czz, cxy, cxz, cyz = morison(vx, vy, vz, tx, ty, tz, line.drag_n, line.drag_t)
-    m = line.mass + line.added_n
-    d = line.added_t - line.added_n
-    s = d * (tx * ax + ty * ay + tz * az)
+    k = s.k + OUTWEIGH * c_c * c_c * (s.mass + s.added_n)
+    tension = last + k * stretch
+    if s.tension_only and tension <= 0.0 and not last > 0.0:
+        return 0.0, 0.0
+    return tension, k
+
+
+@kernel
+def half_segment(vx, vy, vz, ax, ay, az, tx, ty, tz, s, c_m, c_c):
+    """What half the segment s gives to its end node: f - M a without tension (3), and c_m M + c_c C (6).
+
+    v: velocity through the water. M = m + rho V (Ca_n (I - t t') + Ca_t t t'), C the drag's damping matrix;
+    order xx, yy, zz, xy, xz, yz.
+    """
+    fx, fy, fz, cxx, cyy, czz, cxy, cxz, cyz = morison(vx, vy, vz, tx, ty, tz, s.drag_n, s.drag_t)
+    m = s.mass + s.added_n
+    d = s.added_t - s.added_n
+    f = d * (tx * ax + ty * ay + tz * az)
     i, j = c_m * m, c_m * d
     return (
-        fx - m * ax - s * tx,
-        fy - m * ay - s * ty,
-        fz - m * az - s * tz + line.weight,
+        fx - m * ax - f * tx,
+        fy - m * ay - f * ty,
+        fz - m * az - f * tz + s.weight,
         i + j * tx * tx + c_c * cxx,
         i + j * ty * ty + c_c * cyy,
         i + j * tz * tz + c_c * czz,
@@ -50,37 +71,43 @@ def half_segment(vx, vy, vz, ax, ay, az, tx, ty, tz, line, c_m, c_c):
 
 
 @kernel
-def assemble(line, w, c_m, c_c):
-    """Fill R, D, E, TC, KE and DIR of all nodes from their position, velocity, acceleration and T.
+def fill(line, w, c_m, c_c, special):
+    """What all segments give: tension, weight, inertia and drag. special: None, or p where `line.special` asks for it.
 
-    R = f - M a: what is missing to balance at a free node, and at a held one the line's force on its holder [N].
-    D, E: the blocks of c_m M + c_c C + K = -dR/dq, with c_m = da/dq and c_c = dv/dq of the time scheme. Left out
-    are the turning of the tangent in drag, added mass and damping, which would spoil the symmetry and are small
-    over a step. K takes its geometric part from T, not from TC: T is the tension that the last linear solution
-    asked for, free of the second-order strain that a large rotation leaves in TC, so that Newton on a stiff line
-    converges as it would with the tension as a separate unknown (Magisano, Leonetti and Garcea 2017, on the mixed
-    Newton iteration), at no cost.
+    Where it is None the compiler leaves out what only special lines need.
     """
     rx, ry, rz = 0.0, 0.0, 0.0
     dxx, dyy, dzz, dxy, dxz, dyz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    point = POINT * line.l0 * line.l0
+    s = whole(line)
     for i in range(line.n):
+        if special is not None:
+            s = part(line, i)
         b = i * SCRATCH
         o = b + SCRATCH
         ux, uy, uz = w[b + V], w[b + V + 1], w[b + V + 2]
         vx, vy, vz = w[o + V], w[o + V + 1], w[o + V + 2]
         ex, ey, ez = w[o + Q] - w[b + Q], w[o + Q + 1] - w[b + Q + 1], w[o + Q + 2] - w[b + Q + 2]
-        length = sqrt(ex * ex + ey * ey + ez * ez + point)
+        length = sqrt(ex * ex + ey * ey + ez * ez + POINT * s.l0 * s.l0)
         inverse = 1.0 / length
+        if i == line.cut:
+            inverse = 0.0  # two stubs, which are taken to lie across whatever they meet
         tx, ty, tz = ex * inverse, ey * inverse, ez * inverse
         rate = tx * (vx - ux) + ty * (vy - uy) + tz * (vz - uz)
-        tension, slope = axial(length - line.l0, rate, w[b + T] > 0.0, line, c_c)
+        tension, slope = axial(length - s.l0, rate, w[b + T], s, c_c)
+        if special is not None and s.inextensible:
+            tension, slope = multiplier(length - s.l0, w[b + T], s, c_c)
+        if i == line.cut:
+            tension, slope = 0.0, 0.0
         g = max(w[b + T], 0.0) * inverse
-        s = slope - g
-        kxx, kyy, kzz = g + s * tx * tx, g + s * ty * ty, g + s * tz * tz
-        kxy, kxz, kyz = s * tx * ty, s * tx * tz, s * ty * tz
+        a = slope - g
+        kxx, kyy, kzz = g + a * tx * tx, g + a * ty * ty, g + a * tz * tz
+        kxy, kxz, kyz = a * tx * ty, a * tx * tz, a * ty * tz
+        if special is not None and line.water:
+            m = line.water + WATER * i
+            ux, uy, uz = ux - w[m], uy - w[m + 1], uz - w[m + 2]
+            vx, vy, vz = vx - w[m + WATER], vy - w[m + WATER + 1], vz - w[m + WATER + 2]
         fx, fy, fz, mxx, myy, mzz, mxy, mxz, myz = half_segment(
-            ux, uy, uz, w[b + ACC], w[b + ACC + 1], w[b + ACC + 2], tx, ty, tz, line, c_m, c_c
+            ux, uy, uz, w[b + ACC], w[b + ACC + 1], w[b + ACC + 2], tx, ty, tz, s, c_m, c_c
         )
         w[b + R], w[b + R + 1], w[b + R + 2] = rx + fx + tension * tx, ry + fy + tension * ty, rz + fz + tension * tz
         w[b + D], w[b + D + 1], w[b + D + 2] = dxx + mxx + kxx, dyy + myy + kyy, dzz + mzz + kzz
@@ -90,7 +117,7 @@ def assemble(line, w, c_m, c_c):
         w[b + TC], w[b + KE] = tension, slope
         w[b + DIR], w[b + DIR + 1], w[b + DIR + 2] = tx, ty, tz
         fx, fy, fz, mxx, myy, mzz, mxy, mxz, myz = half_segment(
-            vx, vy, vz, w[o + ACC], w[o + ACC + 1], w[o + ACC + 2], tx, ty, tz, line, c_m, c_c
+            vx, vy, vz, w[o + ACC], w[o + ACC + 1], w[o + ACC + 2], tx, ty, tz, s, c_m, c_c
         )
         rx, ry, rz = fx - tension * tx, fy - tension * ty, fz - tension * tz
         dxx, dyy, dzz = mxx + kxx, myy + kyy, mzz + kzz
@@ -102,8 +129,38 @@ def assemble(line, w, c_m, c_c):
 
 
 @kernel
+def assemble(line, w, c_m, c_c):
+    """Fill R, D, E, TC, KE and DIR of all nodes from their position, velocity, acceleration and T.
+
+    Each term that is on adds its own. R = f - M a: what is missing to balance at a free node, and at a held one the
+    line's force on its holder [N].
+    D, E: the blocks of c_m M + c_c C + K = -dR/dq, with c_m = da/dq and c_c = dv/dq of the time scheme. Left out
+    are the turning of the tangent in drag, added mass and damping, which would spoil the symmetry and are small
+    over a step. K takes its geometric part from T, not from TC: T is the tension that the last linear solution
+    asked for, free of the second-order strain that a large rotation leaves in TC, so that Newton on a stiff line
+    converges as it would with the tension as a separate unknown (Magisano, Leonetti and Garcea 2017, on the mixed
+    Newton iteration), at no cost.
+    """
+    if line.special:
+        fill(line, w, c_m, c_c, line.table)
+    else:
+        fill(line, w, c_m, c_c, None)
+    if line.waves:
+        flow.push(line, w)
+    if line.clumps:
+        clumps.add(line, w, c_m, c_c)
+    if line.bed:
+        seabed.add(line, w, c_c)
+    if line.band:
+        bending.add(line, w, c_c)
+
+
+@kernel
 def imbalance(line, w, first, last):
-    """Largest component of R over the free nodes, or compression of a line that takes none [N]; NaN if any is NaN."""
+    """Largest component of R over the free nodes, or compression of a line that takes none [N]; NaN if any is NaN.
+
+    Of an inextensible line also k times the stretch that is left, by which its tension would change.
+    """
     worst = 0.0
     for i in range(first, last + 1):
         for c in range(3):
@@ -115,18 +172,23 @@ def imbalance(line, w, first, last):
     if line.tension_only:
         for i in range(line.n):
             worst = max(worst, -w[i * SCRATCH + TC])
+    if line.inextensible:
+        for i in range(line.n):
+            worst = max(worst, abs(w[i * SCRATCH + TC] - w[i * SCRATCH + T]))
     return worst
 
 
 @kernel
-def allowance(line, w, tolerance):
+def allowance(line, w, tolerance, c_c):
     """Imbalance [N] to put up with: the tolerance times dry weight plus largest tension, and rounding in the lengths.
 
     The tension is the last linear solution's. A position of size |q| is known to |q| EPSILON, a tension to k times it.
+    c_c: the time scheme's, 0 at rest.
     """
     tension, reach = 0.0, 0.0
     for i in range(line.n):
         b = i * SCRATCH
         tension = max(tension, abs(w[b + T]))
         reach = max(reach, abs(w[b + Q]), abs(w[b + Q + 1]), abs(w[b + Q + 2]))
-    return tolerance * (line.dry_weight + tension) + 4.0 * EPSILON * line.k * reach
+    k = line.k + (OUTWEIGH * c_c * c_c * (line.mass + line.added_n) if line.inextensible else 0.0)
+    return tolerance * (line.dry_weight + tension) + 4.0 * EPSILON * k * reach

@@ -4,20 +4,24 @@ from math import isfinite
 
 from components.compiled import kernel
 from components.contract import Component, LineEnd
-from components.tether.cable import model
-from components.tether.cable.balance import assemble
+from components.tether.cable import model, seabed
+from components.tether.cable.breaking import overloaded
 from components.tether.cable.dynamics import scheme
 from components.tether.cable.ends import give_cross, give_force, give_law
-from components.tether.cable.line import BONDED, FREE, SCRATCH, TC, Q, store, unpack
-from components.tether.cable.stepping import bonded, march, start, try_on
+from components.tether.cable.line import BONDED, FREE, SCRATCH, TC, Q, present, store, unpack
+from components.tether.cable.start import start
+from components.tether.cable.stepping import Account, at_fraction, bonded, march, remember, try_on
+from components.tether.cable.terms import terms
+from components.tether.cable.validity import MEASURES, measure
+from components.tether.cable.winch import assemble
 
 LAW = 15  # numbers of a law
-CONVERGED = -3  # where it stands in y, counted from the laws
-NOT_FINITE, NO_EQUILIBRIUM = 1, 2
+ACCOUNT = 7 + MEASURES  # numbers between the forces and the laws, the first of them `converged`
+NOT_FINITE, NO_EQUILIBRIUM, CUT_AT_REST, BREAKS_AT_REST = 1, 2, 3, 4
 
 
 @kernel
-def observe(line, w, y, converged, residual, iterations):
+def observe(line, w, y, account):
     """Write shape, tensions, end forces and the solver's account; returns where the laws begin in y."""
     n = line.n
     k = 3 * (n + 1)
@@ -34,8 +38,12 @@ def observe(line, w, y, converged, residual, iterations):
             y[k + c] = 0.0
         if line.end_b == FREE:
             y[k + 3 + c] = 0.0
-    y[k + 6], y[k + 7], y[k + 8] = converged, residual, iterations
-    return k + 9
+    k += 6
+    y[k] = 1.0 if account.converged else 0.0
+    y[k + 1], y[k + 2], y[k + 3], y[k + 4] = account.residual, account.iterations, account.sub_steps, account.error
+    y[k + 5], y[k + 6] = account.cut + 1, line.length * line.scale
+    measure(line, w, account.excess, account.error, account.snap, y, k + 7)
+    return k + ACCOUNT
 
 
 @kernel
@@ -51,42 +59,56 @@ def give_laws(line, w, s, y, k):
 
 
 @kernel
-def respond(line, w, h, y, k):
-    """Write the laws about the motion just accepted, then those of a trial step; k: where the first one stands in y."""
-    s = scheme(line.rho_inf, h)
+def respond(line, trial, w, h, y, k):
+    """Write the laws about the motion just accepted, then those of a trial step; k: where the first one stands in y.
+
+    trial: the line as it will be at the end of the trial step.
+    """
+    s = scheme(0.0, h)
     give_laws(line, w, s, y, k + LAW)
     if line.end_a == BONDED and line.end_b == BONDED:
         give_cross(line, w, s.c_q, y, k + 4 * LAW)
-    if not try_on(line, w, h):
-        y[k + CONVERGED] = 0.0
-    give_laws(line, w, s, y, k)
+    if not try_on(trial, w, h):
+        y[k - ACCOUNT] = 0.0
+    give_laws(trial, w, s, y, k)
 
 
 def init(t_ns, dt_ns, p, u, x, y, w):
     """Hang the line in its static equilibrium between the ends' positions, moving as they do."""
-    line = unpack(p)
+    line = unpack(p, t_ns * 1e-9)
     h = dt_ns * 1e-9
+    if line.event_cut > 0:
+        return CUT_AT_REST
     residual, settled = start(line, x, u, w, h)
     if not settled:
         return NO_EQUILIBRIUM
-    store(line.n, w, x)
-    k = observe(line, w, y, 1.0, residual, 0.0)
+    if overloaded(line, w) >= 0:
+        return BREAKS_AT_REST
+    store(line.n, w, x, 0)
+    if line.anchors:
+        seabed.keep(line, w, x)
+    account = Account(0, 0.0, residual, True, 0.0, 0.0, 0, 0.0, 0, -1, 1.0, 0.0, 0.0)
+    remember(line, account, x)
+    k = observe(line, w, y, account)
     if bonded(line):
-        respond(line, w, h, y, k)
+        respond(line, line, w, h, y, k)
     return 0
 
 
 def step(t_ns, dt_ns, p, u, x, y, w):
     """Advance the line to the ends' new motions; on a bond, then try the next step for the law."""
-    line = unpack(p)
     h = dt_ns * 1e-9
-    iterations, residual, converged = march(line, x, u, w, h)
-    if not isfinite(residual):
+    account = march(p, t_ns * 1e-9, x, u, w, h)
+    if not isfinite(account.residual):
         return NOT_FINITE
-    store(line.n, w, x)
-    k = observe(line, w, y, 1.0 if converged else 0.0, residual, float(iterations))
+    line = present(p, t_ns * 1e-9, account.scale, account.payout, account.payout_change, account.cut)
+    store(line.n, w, x, 0)
+    if line.anchors:
+        seabed.keep(line, w, x)
+    remember(line, account, x)
+    k = observe(line, w, y, account)
     if bonded(line):
-        respond(line, w, h, y, k)
+        respond(line, at_fraction(p, line, x, u, h, 1.0, account.cut), w, h, y, k)
     return 0
 
 
@@ -97,7 +119,7 @@ def _end(name: str) -> LineEnd:
         law=f"law_{name}",
         accepted=f"accepted_{name}",
         switch=f"bond_{name}",
-        stiffness=lambda cable: cable.axial_stiffness / cable.length,
+        stiffness=model.axial_spring,
     )
 
 
@@ -112,14 +134,18 @@ COMPONENT = Component(
     status_text={
         NOT_FINITE: "the line's motion became non-finite: shorten the period, add sub_steps or check the ends' motion",
         NO_EQUILIBRIUM: "no static equilibrium found between the ends: check length, axial_stiffness and the ends",
+        CUT_AT_REST: "a line that is cut has no shape at rest to start from: leave `cut` to an event",
+        BREAKS_AT_REST: "the line breaks at rest: its tension exceeds breaking_load",
     },
     lines={
         "end_a": _end("a"),
         "end_b": _end("b"),
     },
     cross={("end_a", "end_b"): "accepted_ab"},
+    terms=terms,
+    validity="validity.range",
     assumptions=(
-        "No bending or torsion, no sea bed, still fluid, small axial strain; "
-        "segments short against the line's radius of curvature and the wave lengths of its motion."
+        "No torsion, small axial strain, level sea bed; long-crested linear waves, in which the whole line is under "
+        "water; segments short against the line's radius of curvature and the wave lengths of its motion."
     ),
 )

@@ -4,9 +4,11 @@ from math import isfinite
 from typing import NamedTuple
 
 from components.compiled import kernel
-from components.tether.cable import block_tridiagonal
-from components.tether.cable.balance import allowance, assemble, imbalance
+from components.tether.cable import linear, seabed
+from components.tether.cable.balance import allowance, imbalance
 from components.tether.cable.line import ACC, DIR, KE, SCRATCH, TC, A, Q, R, T, V, first_unknown, last_unknown
+from components.tether.cable.part import part
+from components.tether.cable.winch import assemble
 
 # A Newton step may turn or stretch a segment by this fraction of its length; a longer step is cut down to it.
 LONGEST_STEP = 0.5
@@ -28,6 +30,8 @@ class Scheme(NamedTuple):
     c_q: float  # dq1 / d acc1 [s^2]
     c_m: float  # d acc1 / dq1 [1/s^2]
     c_c: float  # dv1 / dq1 [1/s]
+    lead: float  # the algorithmic acceleration is the true one so much later [s]
+    error: float  # of q1, over the change of the true acceleration [s^2]
 
 
 @kernel
@@ -35,7 +39,9 @@ def scheme(rho_inf, h):
     """The scheme of Arnold and Bruels 2007 (Multibody Syst. Dyn. 18) with Chung and Hulbert's coefficients (1993).
 
     In their form (1 - am) a1 + am a0 = (1 - af) acc1 + af acc0, and the balance holds for acc1 at t1. rho_inf = 0
-    gives am = -1, af = 0, gamma = 3/2, beta = 1: stiffly accurate and L-stable, a1 = (acc1 + a0) / 2.
+    gives am = -1, af = 0, gamma = 3/2, beta = 1: stiffly accurate and L-stable, a1 = (acc1 + a0) / 2. Where the
+    acceleration changes at the rate j, a = acc + (am - af) h j solves theirs, so that q1 is wrong by
+    (beta - 1/6 + (am - af) / 2) h^3 j (after Zienkiewicz and Xie 1991, Earthq. Eng. Struct. Dyn. 20, for Newmark's).
     """
     am = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0)
     af = rho_inf / (rho_inf + 1.0)
@@ -43,17 +49,65 @@ def scheme(rho_inf, h):
     beta = 0.25 * (gamma + 0.5) * (gamma + 0.5)
     kappa = (1.0 - af) / (1.0 - am)
     c_q = h * h * beta * kappa
-    return Scheme(h, beta, gamma, kappa, -am / (1.0 - am), af / (1.0 - am), c_q, 1.0 / c_q, gamma / (h * beta))
+    lead = (am - af) * h
+    error = h * h * (beta - 1.0 / 6.0 + 0.5 * (am - af))
+    carry_a, carry_acc = -am / (1.0 - am), af / (1.0 - am)
+    return Scheme(h, beta, gamma, kappa, carry_a, carry_acc, c_q, 1.0 / c_q, gamma / (h * beta), lead, error)
 
 
 @kernel
-def predict(s, w, first, last):
-    """Move the nodes first..last over the step with their acceleration held; A becomes a1 - kappa acc1."""
+def soften(line, s, w, first, last):
+    """Overwrite the vectors in R by what stiffness lets through of them: (c_m M + c_c C + K)^-1 c_m M R.
+
+    Axial waves shorter than the step change a node's acceleration much, its position hardly. Needs the matrix that was
+    assembled last, and uses it up. Hairer and Wanner 1996, Solving ODEs II, eq. IV.8.20, filter errors in this way.
+    """
     for i in range(first, last + 1):
+        mass = 0.0
+        for j in range(max(i - 1, 0), min(i + 1, line.n)):
+            mass += part(line, j).mass + part(line, j).added_n
+        for c in range(i * SCRATCH + R, i * SCRATCH + R + 3):
+            w[c] *= s.c_m * mass
+    linear.solve(line, w, first, last)
+
+
+@kernel
+def align(line, s, lead, w):
+    """Shift the free nodes' algorithmic acceleration from its lead [s] over the true one to that of the scheme s.
+
+    Where the step or rho_inf changes it would else stay that of the last step, which costs an order (Bruels and
+    Arnold 2008, J. Comput. Nonlinear Dyn. 3, 041007). Of stiff axial waves the difference of the two is no rate of
+    change; to stretch it would excite them, so it is softened.
+    """
+    first, last = first_unknown(line), last_unknown(line)
+    ratio = s.lead / lead if lead != 0.0 else 1.0
+    if ratio == 1.0 or first > last:
+        return
+    assemble(line, w, s.c_m, s.c_c)
+    for i in range(first, last + 1):
+        b = i * SCRATCH
+        for c in range(3):
+            w[b + R + c] = (ratio - 1.0) * (w[b + A + c] - w[b + ACC + c])
+    soften(line, s, w, first, last)
+    for i in range(first, last + 1):
+        b = i * SCRATCH
+        for c in range(3):
+            w[b + A + c] += w[b + R + c]
+
+
+@kernel
+def predict(s, w, n, steadily):
+    """Move the nodes over the step with an acceleration that is held, or goes on changing steadily.
+
+    The algorithmic acceleration, s.lead ahead of the true one, tells how it changes. A becomes a1 - kappa acc1.
+    """
+    ahead = s.h / s.lead if steadily and s.lead != 0.0 else 0.0
+    for i in range(n + 1):
         b = i * SCRATCH
         for c in range(b, b + 3):
             a0 = w[c + A]
             base = s.carry_a * a0 + s.carry_acc * w[c + ACC]
+            w[c + ACC] += ahead * (a0 - w[c + ACC])
             a1 = base + s.kappa * w[c + ACC]
             w[c + Q] += s.h * (w[c + V] + s.h * ((0.5 - s.beta) * a0 + s.beta * a1))
             w[c + V] += s.h * ((1.0 - s.gamma) * a0 + s.gamma * a1)
@@ -61,14 +115,16 @@ def predict(s, w, first, last):
 
 
 @kernel
-def finish(s, w, n):
-    """Complete the algorithmic acceleration of all nodes and keep the tension of the accepted motion."""
-    for i in range(n + 1):
+def finish(line, s, w):
+    """Complete the algorithmic acceleration of all nodes and keep the tension and anchors of the accepted motion."""
+    for i in range(line.n + 1):
         b = i * SCRATCH
         for c in range(b, b + 3):
             w[c + A] += s.kappa * w[c + ACC]
-    for i in range(n):
+    for i in range(line.n):
         w[i * SCRATCH + T] = w[i * SCRATCH + TC]
+    if line.anchors:
+        seabed.drag_anchors(line, w)
 
 
 @kernel
@@ -114,22 +170,31 @@ def correct(line, w, first, last, c_m, c_c, fraction):
         lx, ly, lz = dx, dy, dz
 
 
+class Balanced(NamedTuple):
+    """How a Newton iteration ended."""
+
+    iterations: int
+    residual: float  # largest imbalance [N]
+    allowed: float  # what was to be put up with [N]
+    converged: bool
+
+
 @kernel
 def newton(line, s, w):
     """Balance the free nodes at the end of the step; leaves the matrix of the last iterate in D and E.
 
-    Returns iterations, largest imbalance [N] and whether that is within the line's tolerance.
+    Returns iterations, largest imbalance [N], what is to be put up with [N], and whether it is within that.
     """
     first, last = first_unknown(line), last_unknown(line)
-    allowed = allowance(line, w, line.tolerance)
+    allowed = allowance(line, w, line.tolerance, s.c_c)
     iterations = 0
     while True:
         assemble(line, w, s.c_m, s.c_c)
         residual = imbalance(line, w, first, last)
         if residual <= allowed:
-            return iterations, residual, True
+            return Balanced(iterations, residual, allowed, True)
         if iterations == line.max_iterations or not isfinite(residual):
-            return iterations, residual, False
-        block_tridiagonal.solve(w, first, last)
+            return Balanced(iterations, residual, allowed, False)
+        linear.solve(line, w, first, last)
         correct(line, w, first, last, s.c_m, s.c_c, step_length(line, w, first, last))
         iterations += 1

@@ -1,7 +1,7 @@
 """Motion of the line's ends within a step, and the affine force law that an end gives to the body holding it."""
 
 from components.compiled import kernel
-from components.tether.cable import block_tridiagonal
+from components.tether.cable import banded, block_tridiagonal
 from components.tether.cable.line import ACC, FREE, SCRATCH, STATE, D, E, Q, R, V, first_unknown, last_unknown
 
 
@@ -66,6 +66,13 @@ def give_law(line, w, node, c_q, y, k):
     """
     first, last = first_unknown(line), last_unknown(line)
     give_force(w, node, y, k)
+    if line.band:
+        for c in range(3):
+            y[k + 3 + c] = w[node * SCRATCH + ACC + c]
+        banded.gather(line, w)
+        banded.factor(line, w, first, last)
+        banded.write_schur(line, w, node, node, c_q, y, k + 6)
+        return
     if node == 0:
         block_tridiagonal.eliminate(w, last, last - first + 1, -1)
     else:
@@ -86,6 +93,9 @@ def give_cross(line, w, c_q, y, k):
 
     Eliminating the node i leaves between node 0 and node i + 1 the block -C D_i^-1 E_i, C the one that it had with i.
     """
+    if line.band:
+        banded.write_schur(line, w, line.n, 0, c_q, y, k)
+        return
     xx, yy, zz, xy, xz, yz = w[E], w[E + 1], w[E + 2], w[E + 3], w[E + 4], w[E + 5]
     y[k], y[k + 1], y[k + 2] = c_q * xx, c_q * xy, c_q * xz
     y[k + 3], y[k + 4], y[k + 5] = c_q * xy, c_q * yy, c_q * yz

@@ -1,30 +1,93 @@
-"""One step of the line between its ends' motions at two instants, with sub-steps and retries; and its trial step."""
+"""One step of the line between its ends' motions at two instants, in sub-steps, and its trial step."""
+
+from math import inf
+from typing import NamedTuple
 
 from components.compiled import kernel
-from components.tether.cable import block_tridiagonal
-from components.tether.cable.balance import assemble
-from components.tether.cable.dynamics import finish, newton, predict, scheme
+from components.tether.cable import balance, flow, seabed, winch
+from components.tether.cable.breaking import overloaded
+from components.tether.cable.dynamics import align, finish, newton, predict, scheme
 from components.tether.cable.ends import place
+from components.tether.cable.error_control import end_error, position_error, smooth_error
 from components.tether.cable.line import (
     ACC,
     BONDED,
+    CUT,
+    LEAD,
+    LEVEL,
+    RATE,
+    SCALE,
     SCRATCH,
     STATE,
-    TC,
     A,
-    R,
     T,
     V,
     first_unknown,
     last_unknown,
     load,
+    present,
+    saved,
+    store,
+    tail,
+    unpack,
 )
-from components.tether.cable.statics import equilibrium
+from components.tether.cable.snap import impact
+from components.tether.cable.start import accelerate
 
-# A step whose iteration fails is repeated with the sub-steps doubled, so often at most.
-DOUBLINGS = 6
-# Reciprocal of a time so short that a node's acceleration owes nothing to its neighbours' reaction [1/s^2].
-INSTANT = 1e30
+# The shortest sub-step is the longest one halved so often.
+HALVINGS = 10
+# The error of a sub-step grows by 2^3 when it is doubled; it is doubled where it leaves twice that.
+ROOM = 1.0 / 16.0
+
+
+class Attempt(NamedTuple):
+    """How a sub-step went."""
+
+    iterations: int  # Newton's
+    residual: float  # largest imbalance [N]
+    allowed: float  # what was to be put up with [N]
+    converged: bool
+    error: float  # estimated, of a position [m]
+    snap: float  # largest tension by an impact that the sub-step does not resolve [N]
+    lead: float  # of the algorithmic accelerations over the true ones [s]
+
+
+class Account(NamedTuple):
+    """What a step leaves to report and, from `lead` on, to remember beside the nodes; of all its sub-steps."""
+
+    iterations: int  # Newton's, of all sub-steps tried
+    excess: float  # largest imbalance over what was to be put up with
+    residual: float  # largest imbalance [N]
+    converged: bool
+    error: float
+    snap: float
+    sub_steps: int
+    lead: float
+    level: int
+    cut: int  # index of the segment that is cut, -1: none
+    scale: float
+    payout: float
+    payout_change: float
+
+
+class Sums(NamedTuple):
+    """What the accepted sub-steps of a period come to; iterations of those tried in vain too."""
+
+    iterations: int
+    excess: float
+    residual: float
+    error: float
+    snap: float
+    sub_steps: int
+
+
+class Division(NamedTuple):
+    """How the period may be divided."""
+
+    shortest: int  # sub-steps in it if all were the shortest
+    halvings: int
+    fixed: bool  # whether the user or a bond fixes the sub-step
+    accuracy: float  # position error of a sub-step that is put up with [m]
 
 
 @kernel
@@ -38,31 +101,9 @@ def slack(line, w):
     """Whether a segment of a line that takes no compression hangs loose."""
     if line.tension_only:
         for i in range(line.n):
-            if w[i * SCRATCH + T] <= 0.0:
+            if w[i * SCRATCH + T] <= 0.0 and i != line.cut:
                 return True
     return False
-
-
-@kernel
-def attempt(line, x, u, w, h, parts, rho_inf):
-    """Advance from the state x over h [s] in equal parts: Newton iterations, worst imbalance [N], convergence.
-
-    The nodes are left in w. Ends at once where a balance fails, for the caller to try again. A part that begins with
-    a slack segment uses rho_inf = 0: at a larger one the impact that ends the slack rings on and slackens it again.
-    """
-    load(line.n, x, w)
-    iterations, worst = 0, 0.0
-    for part in range(1, parts + 1):
-        s = scheme(0.0 if slack(line, w) else rho_inf, h / parts)
-        predict(s, w, 0, line.n)
-        place(line, x, u, w, h, part, parts)
-        count, residual, converged = newton(line, s, w)
-        finish(s, w, line.n)
-        iterations += count
-        worst = max(worst, residual)
-        if not converged:
-            return iterations, residual, False
-    return iterations, worst, True
 
 
 @kernel
@@ -79,27 +120,163 @@ def calm(line, x, w, h):
 
 
 @kernel
-def march(line, x, u, w, h):
+def cut_at(line, w, segment):
+    """Cut the segment: its tension is gone at once, and the accelerations with it."""
+    w[segment * SCRATCH + T] = 0.0
+    accelerate(line, w)
+
+
+@kernel
+def at_fraction(p, line, x, u, h, fraction, cut):
+    """The line at a fraction of the period's h [s]: as long as the winch has it, which stands still once it is cut."""
+    if line.winch == 0:
+        return present(p, line.t, 1.0, 0.0, 0.0, cut)
+    k = tail(line)
+    if cut >= 0:
+        return present(p, line.t, x[k + SCALE], 0.0, 0.0, cut)
+    scale, payout, change = winch.wound(line, x[k + SCALE], x[k + RATE], u[line.rate], h, fraction)
+    return present(p, line.t, scale, payout, change, cut)
+
+
+@kernel
+def begin(line, x, w, h, cut):
+    """Bring the nodes from x to w, cut where an event cuts the line now; returns the lead of their accelerations."""
+    load(line.n, x, 0, w)
+    if line.anchors:
+        seabed.recall(line, x, w)
+    if line.water:
+        flow.sample(line, w, line.t - h, True)
+    k = tail(line)
+    if cut >= 0 and x[k + CUT] == 0.0:
+        cut_at(line, w, cut)
+        return 0.0
+    return x[k + LEAD]
+
+
+@kernel
+def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
+    """Take the nodes in w over the sub-step from at/end to to/end of the period; old[start:]: where it began."""
+    taut = not slack(line, w)
+    if taut:
+        align(line, s, lead, w)
+    predict(s, w, line.n, taut)
+    place(line, x, u, w, h, to, end)
+    if line.water:
+        flow.sample(line, w, line.t - h * ((end - to) / end), True)
+    count, residual, allowed, converged = newton(line, s, w)
+    finish(line, s, w)
+    error = position_error(line, s, w, old, start)
+    if converged and error > accuracy:
+        error = smooth_error(line, s, w, old, start)
+        winch.assemble(line, w, s.c_m, s.c_c)
+    error = max(error, end_error(line, s, w, old, start))
+    return Attempt(count, residual, allowed, converged, error, impact(line, s, w, old, start), s.lead)
+
+
+@kernel
+def division(line):
+    """The user's sub-steps, or the period and its halves; one on a bond, whose ends follow the body's scheme."""
+    fixed, halvings = line.sub_steps > 0 or bonded(line), 0 if bonded(line) else HALVINGS
+    return Division(max(line.sub_steps, 1) << halvings, halvings, fixed, inf if fixed else line.accuracy)
+
+
+@kernel
+def set_aside(line, w):
+    """Keep the nodes as a sub-step finds them."""
+    store(line.n, w, w, saved(line))
+    if line.anchors:
+        seabed.set_aside(line, w)
+
+
+@kernel
+def put_back(line, w):
+    """Return the nodes to what was set aside."""
+    load(line.n, w, saved(line), w)
+    if line.anchors:
+        seabed.put_back(line, w)
+
+
+@kernel
+def tried(sums, part):
+    """The sums with the iterations of a sub-step that is taken again."""
+    iterations = sums.iterations + part.iterations
+    return Sums(iterations, sums.excess, sums.residual, sums.error, sums.snap, sums.sub_steps)
+
+
+@kernel
+def counted(sums, part):
+    """The sums with an accepted sub-step."""
+    excess, residual = sums.excess, sums.residual
+    if not part.residual <= residual:  # so that one that is not finite is kept
+        residual = part.residual
+    if not part.residual <= excess * part.allowed:
+        excess = part.residual / part.allowed
+    return Sums(
+        sums.iterations + part.iterations, excess, residual, max(sums.error, part.error), max(sums.snap, part.snap),
+        sums.sub_steps + 1,
+    )  # fmt: skip
+
+
+@kernel
+def march(p, t, x, u, w, h):
     """Advance the line over the step of h [s] from the state x to the end motions in u; the new nodes are in w.
 
-    Returns Newton iterations, largest imbalance of any sub-step [N], and whether all were within tolerance. A step
-    that fails is repeated in more parts with rho_inf = 0, which an impact does not excite; if all fail the whole
-    step's iterate stands. So does a bonded line's at once: its ends follow the body's scheme over the whole step.
+    Sub-steps are the period (over `sub_steps`, where the user fixes that) over powers of two, so that they end where
+    it does. One whose iteration fails or, where the line chooses them itself, whose position error exceeds the
+    accuracy, is halved; so is one in which the line breaks, down to the shortest, at whose end it is cut. After a
+    failure rho_inf = 0 to the period's end, which an impact does not excite. If the shortest fails too, one step over
+    the whole period stands as the iteration left it.
     """
-    iterations, residual, converged = attempt(line, x, u, w, h, line.sub_steps, line.rho_inf)
-    if converged:
-        return iterations, residual, True
-    doublings = 0 if bonded(line) else DOUBLINGS
-    for doubling in range(1, doublings + 1):
-        more, residual, converged = attempt(line, x, u, w, h, line.sub_steps << doubling, 0.0)
-        iterations += more
-        if converged:
-            break
-    if not (converged or bonded(line)):
-        more, residual, converged = attempt(line, x, u, w, h, 1, 0.0)
-        iterations += more
-    calm(line, x, w, h)
-    return iterations, residual, converged
+    line = unpack(p, t)
+    if line.water:
+        flow.hear(line, u, w)
+    d = division(line)
+    level = 0 if d.fixed else int(x[tail(line) + LEVEL])
+    cut = int(x[tail(line) + CUT]) - 1 if x[tail(line) + CUT] > 0.0 else line.event_cut - 1
+    lead = begin(at_fraction(p, line, x, u, h, 0.0, cut), x, w, h, cut)
+    at, rough, sums = 0, False, Sums(0, 0.0, 0.0, 0.0, 0.0, 0)
+    while at < d.shortest:
+        to = at + (1 << (d.halvings - level))
+        line = at_fraction(p, line, x, u, h, to / d.shortest, cut)
+        set_aside(line, w)
+        s = scheme(0.0 if rough or slack(line, w) else line.rho_inf, h * ((to - at) / d.shortest))
+        part = attempt(line, s, x, u, w, w, saved(line), h, at, to, d.shortest, d.accuracy, lead)
+        broken = overloaded(line, w) if cut < 0 else -1
+        if level < d.halvings and (not part.converged or part.error > d.accuracy or broken >= 0):
+            rough = rough or not part.converged
+            level += 1
+            sums = tried(sums, part)
+            put_back(line, w)
+            continue
+        if not part.converged and d.halvings > 0:
+            lead = begin(line, x, w, h, cut)
+            to, s = d.shortest, scheme(0.0, h)
+            line = at_fraction(p, line, x, u, h, 1.0, cut)
+            part = attempt(line, s, x, u, w, x, 0, h, 0, to, to, inf, lead)
+        at, lead, sums = to, part.lead, counted(sums, part)
+        if broken >= 0:
+            cut = broken
+            line = at_fraction(p, line, x, u, h, at / d.shortest, cut)
+            cut_at(line, w, cut)
+            balance.assemble(line, w, s.c_m, s.c_c)
+        easy = d.fixed or part.error < ROOM * d.accuracy
+        if level > 0 and easy and not rough and at % (2 << (d.halvings - level)) == 0:
+            level -= 1
+    if rough or sums.excess > 1.0:
+        calm(line, x, w, h)
+    return Account(
+        sums.iterations, sums.excess, sums.residual, sums.excess <= 1.0, sums.error, sums.snap, sums.sub_steps, lead,
+        level, cut, line.scale, line.payout, line.payout_change,
+    )  # fmt: skip
+
+
+@kernel
+def remember(line, account, x):
+    """Write to x what the next step needs beside the nodes."""
+    k = tail(line)
+    x[k + LEAD], x[k + LEVEL], x[k + CUT] = account.lead, account.level, account.cut + 1
+    if line.winch != 0:
+        x[k + SCALE], x[k + RATE] = account.scale, account.payout
 
 
 @kernel
@@ -108,49 +285,8 @@ def try_on(line, w, h):
 
     Returns whether the trial is within tolerance.
     """
-    s = scheme(line.rho_inf, h)
-    predict(s, w, 0, line.n)
-    return newton(line, s, w)[2]
-
-
-@kernel
-def set_moving(line, w):
-    """Give the free nodes the ends' velocities, interpolated, and the acceleration their own balance asks for.
-
-    A free end moves with the held one.
-    """
-    first, last = first_unknown(line), last_unknown(line)
-    a = 0 if first == 1 else line.n * SCRATCH
-    b = line.n * SCRATCH if last == line.n - 1 else 0
-    moving = 0.0
-    for c in range(3):
-        va, vb = w[a + V + c], w[b + V + c]
-        moving += abs(va) + abs(vb)
-        for i in range(first, last + 1):
-            w[i * SCRATCH + V + c] = va + (vb - va) * i / line.n
-    if moving > 0.0 and first <= last:
-        assemble(line, w, INSTANT, 0.0)
-        block_tridiagonal.solve(w, first, last)
-        for i in range(first, last + 1):
-            for c in range(3):
-                w[i * SCRATCH + ACC + c] = INSTANT * w[i * SCRATCH + R + c]
-
-
-@kernel
-def start(line, x, u, w, h):
-    """Hang the line in equilibrium between the ends of u and set it moving with them; the nodes are in w.
-
-    The algorithmic acceleration starts as the true one. Returns the imbalance at rest [N] and whether it is rounding.
-    """
-    place(line, x, u, w, h, 1, 1)
-    residual, settled = equilibrium(line, w)
-    place(line, x, u, w, h, 1, 1)
-    set_moving(line, w)
-    s = scheme(line.rho_inf, h)
-    assemble(line, w, s.c_m, s.c_c)
-    for i in range(line.n + 1):
-        b = i * SCRATCH
-        for c in range(3):
-            w[b + A + c] = w[b + ACC + c]
-        w[b + T] = w[b + TC] if i < line.n else 0.0
-    return residual, settled
+    s = scheme(0.0, h)
+    predict(s, w, line.n, False)
+    if line.water:
+        flow.sample(line, w, line.t + h, True)
+    return newton(line, s, w).converged

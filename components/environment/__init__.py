@@ -1,0 +1,1 @@
+"""The water around vessels and lines: currents and waves."""
