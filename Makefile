@@ -9,7 +9,7 @@ run: .venv/installed
 	$(BIN)/towline run $(SCENARIO)
 
 test: .venv/installed-dev
-	$(BIN)/pytest
+	$(BIN)/pytest -n 2 --dist loadfile
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check .

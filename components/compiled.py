@@ -12,7 +12,7 @@ import pickle
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
@@ -28,6 +28,7 @@ T = TypeVar("T")
 # IEEE division instead of exceptions, no fastmath; without numba's runtime, which only allocations need: its counting
 # of references would cost time in loops over arrays, and leave symbols undefined in the object code.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
+PART: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
 _VECTOR = types.CPointer(types.float64)
 SIGNATURE = types.int64(types.int64, types.int64, *[_VECTOR] * 5)
 
@@ -72,12 +73,37 @@ os.environ["NUMBA_CACHE_DIR"] = str(cache_folder())
 reload_config()
 
 
-def kernel(function: Callable[..., Any]) -> Any:
-    """Decorator of every compiled function of the physics: cached, bits that repeat, allocation refused.
+class CompiledKernel:
+    """A function that kernels call, and Python too.
 
-    Functions of a user's own file are not cached by themselves, but as part of the component that calls them.
+    Where a kernel calls it, it is compiled as a part of that kernel and not kept by itself: what lies deep in a
+    component would else be written to the cache once more for each level above it. Python's calls are cached.
     """
-    return njit(cache=_is_own(Path(function.__code__.co_filename)), **OPTIONS)(function)
+
+    def __init__(self, function: Callable[..., Any]):
+        """function: a plain function that numba can compile."""
+        self.py_func = function
+        self._part = njit(**PART)(function)
+        update_wrapper(self, function)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it from Python."""
+        return self.dispatcher(*arguments)
+
+    @cached_property
+    def dispatcher(self) -> Any:
+        """What numba makes of it for Python; functions of a user's own file are cached with their component only."""
+        return njit(cache=_is_own(Path(self.py_func.__code__.co_filename)), **OPTIONS)(self.py_func)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba takes this object for, where a kernel calls it."""
+        return self._part._numba_type_
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Decorator of every compiled function of the physics: cached, bits that repeat, allocation refused."""
+    return CompiledKernel(function)
 
 
 def _is_own(source: Path) -> bool:
