@@ -121,9 +121,13 @@ def calm(line, x, w, h):
 
 @kernel
 def cut_at(line, w, segment):
-    """Cut the segment: its tension is gone at once, and the accelerations with it."""
+    """Cut the segment: its tension is gone at once, and the accelerations with it.
+
+    On a bond the step does not shrink to resolve how the ends spring apart; held over all of it that would throw them.
+    """
     w[segment * SCRATCH + T] = 0.0
-    accelerate(line, w)
+    if not bonded(line):
+        accelerate(line, w)
 
 
 @kernel
@@ -166,7 +170,7 @@ def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
     count, residual, allowed, converged = newton(line, s, w)
     finish(line, s, w)
     error = position_error(line, s, w, old, start)
-    if converged and error > accuracy:
+    if converged and error > accuracy and not line.inextensible:
         error = smooth_error(line, s, w, old, start)
         winch.assemble(line, w, s.c_m, s.c_c)
     error = max(error, end_error(line, s, w, old, start))
