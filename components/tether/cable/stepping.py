@@ -170,7 +170,7 @@ def attempt(line, s, x, u, w, old, start, h, at, to, end, accuracy, lead):
     count, residual, allowed, converged = newton(line, s, w)
     finish(line, s, w)
     error = position_error(line, s, w, old, start)
-    if converged and error > accuracy and not line.inextensible:
+    if converged and error > accuracy:
         error = smooth_error(line, s, w, old, start)
         winch.assemble(line, w, s.c_m, s.c_c)
     error = max(error, end_error(line, s, w, old, start))
