@@ -59,15 +59,20 @@ def give_laws(line, w, s, y, k):
 
 
 @kernel
-def respond(line, trial, w, h, y, k):
+def respond(line, trial, x, w, h, y, k):
     """Write the laws about the motion just accepted, then those of a trial step; k: where the first one stands in y.
 
-    trial: the line as it will be at the end of the trial step.
+    trial: the line as it will be at the end of the trial step. The accepted forces stand against the anchors from which
+    friction held the line over the step; the trial begins with those that it left, in the state x.
     """
     s = scheme(0.0, h)
+    if line.anchors:
+        seabed.put_back(line, w)
     give_laws(line, w, s, y, k + LAW)
     if line.end_a == BONDED and line.end_b == BONDED:
         give_cross(line, w, s.c_q, y, k + 4 * LAW)
+    if line.anchors:
+        seabed.recall(line, x, w)
     if not try_on(trial, w, h):
         y[k - ACCOUNT] = 0.0
     give_laws(trial, w, s, y, k)
@@ -87,11 +92,12 @@ def init(t_ns, dt_ns, p, u, x, y, w):
     store(line.n, w, x, 0)
     if line.anchors:
         seabed.keep(line, w, x)
+        seabed.set_aside(line, w)
     account = Account(0, 0.0, residual, True, 0.0, 0.0, 0, 0.0, 0, -1, 1.0, 0.0, 0.0)
     remember(line, account, x)
     k = observe(line, w, y, account)
     if bonded(line):
-        respond(line, line, w, h, y, k)
+        respond(line, line, x, w, h, y, k)
     return 0
 
 
@@ -108,7 +114,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     remember(line, account, x)
     k = observe(line, w, y, account)
     if bonded(line):
-        respond(line, at_fraction(p, line, x, u, h, 1.0, account.cut), w, h, y, k)
+        respond(line, at_fraction(p, line, x, u, h, 1.0, account.cut), x, w, h, y, k)
     return 0
 
 

@@ -25,7 +25,9 @@ class Cable(Parameters):
     mass_per_length: float = quantity("kg/m", "dry mass per length", tunable=True, gt=0)
     volume_per_length: float = quantity("m^2", "displaced volume per length", tunable=True, ge=0)
     drag_diameter: float = quantity("m", "diameter that drag refers to", tunable=True, ge=0)
-    axial_stiffness: float | None = quantity("N", "EA; none: inextensible", None, tunable=True, gt=0)
+    axial_stiffness: float | None = quantity(
+        "N", "EA; none: inextensible, or on a bond as stiff as 1e7 times the line's weight", None, tunable=True, gt=0
+    )
     damping_time: float = quantity(
         "s", "tau of T = EA (e + tau de/dt): axial damping EA tau [N s], whatever the mesh", 0.0, tunable=True, ge=0
     )

@@ -121,9 +121,13 @@ def calm(line, x, w, h):
 
 @kernel
 def cut_at(line, w, segment):
-    """Cut the segment: its tension is gone at once, and the accelerations with it."""
+    """Cut the segment: its tension is gone at once, and the accelerations with it.
+
+    On a bond the step does not shrink to resolve how the ends spring apart; held over all of it that would throw them.
+    """
     w[segment * SCRATCH + T] = 0.0
-    accelerate(line, w)
+    if not bonded(line):
+        accelerate(line, w)
 
 
 @kernel

@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 # Penalty of an inextensible line, EA over its dry weight: each linear solution then leaves about 1e-5 of the error in
 # its lengths, and tensions far above its weight still converge.
 PENALTY = 1e5
+# On a bond the length follows the body's scheme, which knows no multiplier: there a line that is not to stretch has an
+# EA of so many times its dry weight, so that 100 times its weight stretches it by 1e-5.
+BONDED_STIFFNESS = 1e7
 # The seabed's default stiffness: a line at rest sinks by this part of its drag diameter under its own weight.
 SINKING = 0.1
 # From here on the fields are no numbers of p, but of the state, the time, and p itself.
@@ -136,8 +139,8 @@ def dry_weight(cable: Cable) -> float:
 
 
 def penalty(cable: Cable) -> float:
-    """EA of the method of multipliers [N]."""
-    return PENALTY * dry_weight(cable)
+    """EA [N] of a line that is not to stretch: of the method of multipliers, or on a bond its own."""
+    return (BONDED_STIFFNESS if cable.bond_a or cable.bond_b else PENALTY) * dry_weight(cable)
 
 
 def spans(cable: Cable) -> tuple[Span, ...]:
@@ -160,7 +163,7 @@ def numbers(cable: Cable) -> np.ndarray:
     clumps = _clumps(cable, parts)
     own = _segments(parts, clumps) if cable.sections or clumps else []
     bed = _bed(cable, parts)
-    inextensible = cable.axial_stiffness is None
+    inextensible = cable.axial_stiffness is None and not bonded
     line = Line(
         n=cable.segments,
         end_a=_kind(cable.end_a, cable.bond_a),
