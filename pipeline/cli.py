@@ -6,6 +6,7 @@ import argparse
 import importlib
 import json
 import os
+import re
 import signal
 import sys
 from collections.abc import Sequence
@@ -13,13 +14,14 @@ from typing import Any, TextIO
 
 from pipeline.errors import TowlineError
 
+_NEGATIVE = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)
 FINE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
 COMMANDS = {
     "check": "check a scenario without running it",
     "run": "run a scenario into a log",
     "resume": "go on with a run that was killed, from its log",
-    "replay": "run one component again from a log's inputs",
+    "replay": "run one component again from a log's inputs, or play the log onto the bus",
     "diff": "compare two logs",
     "validity": "judge whether a catenary was a valid model of a recorded line",
     "report": "write the validity of a recorded line as an HTML page",
@@ -51,7 +53,7 @@ def _wanted(arguments: Sequence[str]) -> str | None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns 0 fine, 1 failed, 2 usage, 130 interrupted."""
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    words = [_as_value(word) for word in (sys.argv[1:] if arguments is None else arguments)]
     wanted = _wanted(words)
     parsed = _parser(wanted).parse_args(words)
     signal.signal(signal.SIGTERM, _terminate)
@@ -74,6 +76,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         _report(f"towline itself failed: {type(error).__name__}: {error} (--debug shows where)", parsed.json)
         return FAILED
+
+
+def _as_value(word: str) -> str:
+    """A negative quantity such as -1% with a space before: it is no option then, and its command says what is wrong."""
+    return f" {word}" if _NEGATIVE.match(word) else word
 
 
 def _terminate(_number: int, _frame: Any) -> None:

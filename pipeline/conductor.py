@@ -9,6 +9,7 @@ import numpy as np
 
 from components.contract import Port, law_ports
 from pipeline import native_loop as loop
+from pipeline.bus.channels import Channels
 from pipeline.digest import block_ticks
 from pipeline.errors import StepError
 from pipeline.events import EventClock, Firing
@@ -34,8 +35,11 @@ class Conductor:
     """One run of a graph in this process.
 
     remarks: what happened to hosts, until somebody takes it; tell: is told at once. poll: called while waiting, may
-    raise KeyboardInterrupt. written: by hosts to their standard streams, after close().
+    raise KeyboardInterrupt. written: by hosts to their standard streams, after close(). channels: on the bus, for
+    whoever subscribes; None where nobody could.
     """
+
+    channels: Channels | None = None
 
     def __init__(self, graph: Graph):
         """Lay the graph out in memory; compiles components that are not in the cache."""

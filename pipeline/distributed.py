@@ -115,6 +115,7 @@ class Distributed(Conductor):
         """Start the hosts, and wait until all are ready. Raises HostError."""
         names = list(dict.fromkeys(part.link.section.host for part in self._parts))
         bus, hosts = self._deployment.open(self._run), [self._host(name) for name in names]
+        self.channels = bus.channels
         self._hosts = Hosts(self._run, hosts, bus, self._deployment, self._note, lambda: self.poll())
         self._hosts.start()
 

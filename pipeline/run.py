@@ -224,8 +224,10 @@ class Run:
             self._recorder.abort()
 
     def open(self) -> None:
-        """Have all hosts ready, if there are any. Raises HostError."""
+        """Have all hosts ready, if there are any, and channels on their bus. Raises HostError."""
         self.conductor.open()
+        if self.conductor.channels is not None:
+            self._recorder.publish(self.conductor.channels)
 
     def start(self) -> None:
         """Initialise every component at t0, which is a block of its own, and make the first snapshot."""

@@ -21,8 +21,8 @@ KNOWN_SLACK = 0.05  # of the arc between two markers: 12 mm of the chain's 245 m
 # turns by a radian from marker to marker, and bends to and fro as it moves.
 ESTIMATED_SLACK = 0.25
 # What the record shows neighbours to do most of the time is allowed where no arcs are known: markers may be noisy.
-# Deviations of their distance from its median, by 1.4826 times the median absolute deviation.
-DEVIATIONS = 6.0 * 1.4826
+# Of the deviation of their distance, which is 1.4826 times its median absolute deviation.
+DEVIATIONS = 6.0
 NOISES = 6.0 * sqrt(2.0)  # where arcs are known: of a marker's noise, which the distance of two has sqrt(2) times
 LEAST_FRAMES = 5  # fewer give no median that an outlier does not move
 MOST_EXCHANGES = 4  # of two labels each, in one frame: four swapped pairs, or a cycle of five
@@ -71,21 +71,24 @@ def _mended(left_out: np.ndarray, swapped: np.ndarray) -> str:
 
 def _reach(frames: MarkerFrames) -> tuple[np.ndarray, str]:
     """How far along the line the markers can be from the first, slack included: (m,) [m], infinite steps if unknown."""
+    pairs = frames.valid[:, 1:] & frames.valid[:, :-1]
+    distance = np.where(pairs, np.linalg.norm(np.diff(frames.position, axis=1), axis=2), np.nan)
+    often = pairs.sum(axis=0) >= LEAST_FRAMES
+    middle, deviation = np.zeros(len(often)), np.zeros(len(often))
+    if often.any():
+        middle[often] = np.nanmedian(distance[:, often], axis=0)
+        deviation[often] = 1.4826 * np.nanmedian(np.abs(distance - middle)[:, often], axis=0)
     if frames.arc is not None:
         noise = noise_of(frames.t_ns, frames.position, frames.valid)
+        if often.any():  # which motion adds to less, at low rates
+            noise = min(noise, float(np.median(deviation[often])) / sqrt(2.0))
         step = (1.0 + KNOWN_SLACK) * np.diff(frames.arc) + NOISES * noise
         return np.concatenate([[0.0], np.cumsum(step)]), ""
-    pairs = frames.valid[:, 1:] & frames.valid[:, :-1]
-    often = pairs.sum(axis=0) >= LEAST_FRAMES
     if not often.any():
         reason = f"fewer than {LEAST_FRAMES} frames and no spacing given"
         return np.arange(frames.markers) * 1e300, f"markers far off were not looked for: {reason}"
-    distance = np.where(pairs, np.linalg.norm(np.diff(frames.position, axis=1), axis=2), np.nan)[:, often]
-    middle, usual = np.zeros(len(often)), np.zeros(len(often))
-    middle[often] = np.nanmedian(distance, axis=0)
-    usual[often] = middle[often] + DEVIATIONS * np.nanmedian(np.abs(distance - middle[often]), axis=0)
     step = (1.0 + ESTIMATED_SLACK) * np.where(often, middle, middle.max())
-    return np.concatenate([[0.0], np.cumsum(np.maximum(step, usual))]), ""
+    return np.concatenate([[0.0], np.cumsum(np.maximum(step, middle + DEVIATIONS * deviation))]), ""
 
 
 def _misfits(position: np.ndarray, valid: np.ndarray, reach: np.ndarray) -> np.ndarray:

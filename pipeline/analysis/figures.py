@@ -21,6 +21,7 @@ WIDTH, PANEL = 4.2, 1.35  # inches: on a phone the text is then a little smaller
 # Margins about the panels [inches], and where the titles stand, in widths of a panel: laid out by hand, since a solver
 # takes half of the report's time and gives other last bits each time.
 LEFT, RIGHT, ABOVE, BELOW, BETWEEN, TITLES = 0.72, 0.1, 0.1, 0.42, 0.46, -0.13
+ALONE = 0.5  # s shown on either side of a record of one frame
 # Of the panels; both figures are of one height, since a wide screen shows them side by side.
 INDICATOR, CIRCUMSTANCES = 1.375, (1.0, 1.5, 1.0, 1.0, 1.0)
 SPANS = 700  # of a curve, each drawn by its extremes: more than the figure has pixels
@@ -152,6 +153,7 @@ def _bars(t: np.ndarray, valid: np.ndarray, height: int) -> tuple[np.ndarray, np
 
 def _panels(heights: tuple[float, ...], window: Window) -> tuple[Figure, list[Axes]]:
     """Panels one above the other over the same time."""
+    beside = ALONE if window.start == window.end else 0.0
     height = PANEL * sum(heights)
     figure = Figure((WIDTH, height))
     figure.subplots_adjust(LEFT / WIDTH, BELOW / height, 1.0 - RIGHT / WIDTH, 1.0 - ABOVE / height)
@@ -161,7 +163,7 @@ def _panels(heights: tuple[float, ...], window: Window) -> tuple[Figure, list[Ax
     )
     for panel in panels:
         panel.set_xlabel("time [s]")
-        panel.set_xlim(window.start, window.end)
+        panel.set_xlim(window.start - beside, window.end + beside)
         panel.tick_params(labelbottom=True)
         panel.yaxis.set_label_coords(TITLES, 0.5)
     return figure, panels

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,13 +20,13 @@ from mcap.reader import make_reader
 from mcap.records import Channel, Schema
 
 from pipeline.analysis.markers import MarkerFrames, marker_frames
+from pipeline.analysis.message_frames import Messages
+from pipeline.analysis.message_points import Json, lists_of_points, may_come, members, points_of
 from pipeline.analysis.reading import Reading
 from pipeline.analysis.vertical import in_ned
 from pipeline.analysis.zeros import without_zeros
 from pipeline.errors import LogError
-from pipeline.quantities import shown
 
-Json = Any  # what json.loads gives
 # What readers of a damaged file and decoders of a strange message raise.
 DAMAGED = (McapError, DecodeError, ValueError, KeyError, TypeError, RuntimeError, EOFError, OverflowError, struct.error)
 
@@ -48,8 +48,8 @@ class Topic:
 def from_mcap(path: Path, reading: Reading) -> dict[str, MarkerFrames]:
     """Markers by topic: of one topic, or of all whose messages hold points.
 
-    A message is a frame; its points are the markers in their order, those with a coordinate null or not a number are
-    not seen. Raises LogError if the file cannot be read or holds no such topic or field, by name.
+    A message is a frame; its points are the markers by their ids, else in their order; those with a coordinate null or
+    not a number are not seen. Raises LogError if the file cannot be read or holds no such topic or field, by name.
     """
     try:
         with open(path, "rb") as file:
@@ -74,7 +74,7 @@ def from_mcap(path: Path, reading: Reading) -> dict[str, MarkerFrames]:
         have = ", ".join(f"{name} ({one.kind})" for name, one in topics.items()) or "no channels"
         raise LogError(
             f"{path} has no markers: protobuf or json messages are needed, each with a list of at least three points "
-            f"x, y, z from the first message on; it has {have}"
+            f"x, y, z that are numbers; it has {have}"
         )
     return taken
 
@@ -108,29 +108,35 @@ def _wanted(path: Path, topics: dict[str, Topic], name: str | None) -> list[Topi
 
 
 def _read(path: Path, file: Any, topic: Topic, reading: Reading) -> MarkerFrames | None:
-    """The topic's frames; None if its first message has no points and it was not asked for by name."""
+    """The topic's frames; None if its messages have no points and it was not asked for by name.
+
+    Messages before the first with points are frames in which no marker was seen.
+    """
     name = f"{path}: channel {topic.channel.topic}"
-    times, rows, steps = [], [], None
+    messages, steps, last = Messages(), None, None
     for _, _, message in make_reader(file).iter_messages(topics=[topic.channel.topic]):
         at = f"{name}: message at {message.log_time / 1e9:.9g} s"
-        value = _decoded(topic, message.data, at)
+        last = _decoded(topic, message.data, at)
         if steps is None:
-            steps = _field(value, name, topic.kind, reading)
-            if steps is None:
-                return None
-        points = _points(value, steps, at)
-        if rows and len(points) != len(rows[0]):
-            raise LogError(f"{at}: {len(points)} points, {len(rows[0])} before: which marker is which is not known")
-        times.append(message.log_time)
-        rows.append(points)
-    if not rows:
-        if reading.channel is not None:
-            raise LogError(f"{name} has no messages")
+            steps = _field(last, name, topic.kind, reading)
+        if steps is not None:
+            messages.add(message.log_time, *points_of(last, steps, at), at)
+        elif reading.channel is not None or may_come(last):
+            messages.add(message.log_time, [], None, at)
+        else:
+            return None
+    if last is None and reading.channel is not None:
+        raise LogError(f"{name} has no messages")
+    if steps is None and reading.channel is not None:
+        wanted = f"no list of points {reading.field}" if reading.field else "no list of points x, y, z"
+        raise LogError(f"{name} ({topic.kind}) holds {wanted}; it has {members(last)}")
+    if steps is None:
         return None
+    times = messages.times
     different = len(np.unique(times))
     if len(times) > 2 and 2 * different < len(times):  # as of a table: of equal times only the first would be kept
         raise LogError(f"{name}: {len(times)} messages have {different} different log times")
-    frames = marker_frames(np.array(times), np.array(rows, np.float64), source=f"{path}: {topic.channel.topic}")
+    frames = marker_frames(np.array(times), messages.position(name), source=f"{path}: {topic.channel.topic}")
     return in_ned(without_zeros(frames), reading.up)
 
 
@@ -145,81 +151,12 @@ def _decoded(topic: Topic, data: bytes, at: str) -> Json:
 
 
 def _field(value: Json, name: str, kind: str, reading: Reading) -> tuple[str, ...] | None:
-    """The way to the list of points; None if there is none and the channel was not asked for by name."""
-    found = {".".join(steps): steps for steps in _lists(value, ())}
+    """The way to the list of points; None if there is none."""
+    found = {".".join(steps): steps for steps in lists_of_points(value, ())}
     if reading.field is not None and reading.field in found:
         return found[reading.field]
     if len(found) == 1 and reading.field is None:
         return next(iter(found.values()))
     if reading.field is None and found:
         raise LogError(f"{name} ({kind}) has several lists of points: {', '.join(found)}; choose one with --field")
-    if reading.channel is None:
-        return None
-    wanted = f"no list of points {reading.field}" if reading.field else "no list of points x, y, z"
-    raise LogError(f"{name} ({kind}) holds {wanted}; it has {_members(value)}")
-
-
-def _members(value: Json) -> str:
-    """What a message holds, for messages to the user."""
-    if not isinstance(value, dict):
-        return f"a {type(value).__name__} as a whole"
-    return ", ".join(map(str, list(value)[:8])) or "no fields"
-
-
-def _points(value: Json, steps: tuple[str, ...], at: str) -> list[list[float]]:
-    """The markers' coordinates. Raises LogError, at the message, where there are none."""
-    for i, step in enumerate(steps):
-        if not isinstance(value, dict) or step not in value:
-            inside = f" in {'.'.join(steps[:i])}" if i else ""
-            raise LogError(f"{at} has no {step}{inside}; it has {_members(value)}")
-        value = value[step]
-    if not isinstance(value, list):
-        raise LogError(f"{at}: {'.'.join(steps)} is {_shown(value)}, not a list of points")
-    wrong = next((i for i, one in enumerate(value) if one is not None and not _is_point(one)), None)
-    if wrong is not None:
-        raise LogError(f"{at}: {'.'.join(steps)}[{wrong}] is {_shown(value[wrong])}, not a point x, y, z")
-    return [_point(one) for one in value]
-
-
-def _shown(value: Json) -> str:
-    return shown(value if isinstance(value, str) else json.dumps(value, default=str))
-
-
-def _lists(value: Json, steps: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """Ways to the lists of points within a message, the outermost first."""
-    for name, member in value.items() if isinstance(value, dict) else ():
-        if isinstance(member, list) and _are_points(member):
-            yield (*steps, name)
-        yield from _lists(member, (*steps, name))
-
-
-def _are_points(values: list[Json]) -> bool:
-    """At least three points; some may be null."""
-    given = [value for value in values if value is not None]
-    return len(values) >= 3 and bool(given) and all(_is_point(value) for value in given)
-
-
-def _coordinates(value: Json) -> Json:
-    """What holds x, y and z of a point or of a pose."""
-    return value.get("position", value) if isinstance(value, dict) else value
-
-
-def _is_point(value: Json) -> bool:
-    inner = _coordinates(value)
-    if isinstance(inner, dict):
-        return set("xyz") <= set(inner)
-    return isinstance(inner, list) and len(inner) == 3 and not any(isinstance(one, list | dict) for one in inner)
-
-
-def _point(value: Json) -> list[float]:
-    """x, y, z; a point that is null, and what is null or text such as "NaN" in it, counts as not a number."""
-    inner = _coordinates(value)
-    numbers = [inner[axis] for axis in "xyz"] if isinstance(inner, dict) else inner or [None] * 3
-    return [_number(number) for number in numbers]
-
-
-def _number(value: Json) -> float:
-    try:
-        return float(value) if isinstance(value, int | float) else np.nan
-    except OverflowError:
-        return np.nan
+    return None

@@ -9,7 +9,7 @@ with C = 8 s / l^2, and the normal's turn to sigma / sqrt(n var z), with var z =
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -138,8 +138,9 @@ def fit_frames(frames: MarkerFrames, method: str = "fast", marker_sigma: float |
         status = np.where(status == Status.FITTED, _OF_CURVE[curves.status], status)
         sensitive = sensitivity(planes, curves)
     covariance = sensitive.covariance(planes, curves, marker_sigma)
+    fits = _gather(frames, continuity, planes, curves, sensitive, status, covariance)
     found = marker_sigma if marker_sigma is not None else noise.sigma
-    return _gather(frames, continuity, planes, curves, sensitive, status, covariance, found)
+    return replace(fits, marker_sigma=found, notes=(*fits.notes, *([noise.note] if noise.note else [])))
 
 
 def _status(planes: Planes, curves: Catenaries, noise: Scatter) -> np.ndarray:
@@ -161,7 +162,6 @@ def _gather(
     sensitive: Sensitivity,
     status: np.ndarray,
     covariance: np.ndarray,
-    marker_sigma: float,
 ) -> Fits:
     k, m = frames.valid.shape
     fitted = status == Status.FITTED
@@ -198,6 +198,6 @@ def _gather(
         normal=known(planes.normal),
         covariance=known(covariance),
         noise_gain=known(sensitive.noise_gain),
-        marker_sigma=marker_sigma,
+        marker_sigma=np.nan,
         notes=tuple(notes),
     )

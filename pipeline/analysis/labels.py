@@ -1,7 +1,8 @@
 """Markers whose labels a tracker exchanged: each position goes to the marker whose motion leads there.
 
-Only frames in which a marker jumps are looked at. There the positions are assigned to the markers' motions
-so that the sum of the distances is least (linear_sum_assignment); an exchange holds until another frame undoes it.
+Only frames in which a marker jumps further than any motion of the record are looked at. There the positions are
+assigned to the markers' motions so that the sum of the distances is least (linear_sum_assignment); an exchange holds
+until another frame undoes it. What such jumps do not show is left to the order along the line (continuity).
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pipeline.analysis.trajectories import UNSEEN, second_differences
+from pipeline.analysis.trajectories import LIMIT, UNSEEN, greatest_motion, second_differences
 
 JUMP = 6.0  # times the noise and the lower quartile of the frame; a frame looked at in vain costs 50 microseconds only
 
@@ -29,10 +30,11 @@ def tracked_labels(t_ns: np.ndarray, position: np.ndarray, valid: np.ndarray, re
     ordered = np.sort(difference, axis=1)
     quartile = ordered[np.arange(k), np.isfinite(difference).sum(axis=1) // 4]
     gate = JUMP * (noise + np.where(np.isfinite(quartile), quartile, noise))
-    suspicious = np.flatnonzero((difference > gate[:, None]).any(axis=1))
+    least = LIMIT * greatest_motion(difference)
+    suspicious = np.flatnonzero((difference > np.maximum(gate, least)[:, None]).any(axis=1))
     if not len(suspicious):
         return own
-    labels = _follow(t_ns, position, valid, suspicious, gate, reach)
+    labels = _follow(t_ns, position, valid, suspicious, gate, least, reach)
     return _of_the_line(labels, position, valid, reach)
 
 
@@ -42,8 +44,10 @@ def _follow(
     valid: np.ndarray,
     suspicious: np.ndarray,
     gate: np.ndarray,
+    least: float,
     reach: np.ndarray,
 ) -> np.ndarray:
+    """As tracked_labels, in the markers' own names. gate: (k,) how near a motion leads [m]. least: a jump [m]."""
     labels = np.tile(np.arange(valid.shape[1]), (len(t_ns), 1))
     longest = UNSEEN * float(np.median(np.diff(t_ns)))
     is_suspicious = np.zeros(len(t_ns), bool)
@@ -71,7 +75,7 @@ def _follow(
                 gate[f],
                 lambda one, f=f: _misfits(one[None], position[f : f + 1], valid[f : f + 1], reach),
             )
-        labels[f:] = _assign(distance, here, gate[f]) if is_suspicious[f] else here
+        labels[f:] = _assign(distance, here, gate[f], least) if is_suspicious[f] else here
         f += 1
     return labels
 
@@ -92,8 +96,8 @@ def _given_back(
     return result
 
 
-def _assign(distance: np.ndarray, here: np.ndarray, gate: float) -> np.ndarray:
-    """The label for each marker, `here` kept where nothing fits better.
+def _assign(distance: np.ndarray, here: np.ndarray, gate: float, least: float) -> np.ndarray:
+    """The label for each marker, `here` kept where nothing fits better, or what it holds did not jump.
 
     distance: (m, m) from where each marker's motion leads to each label's position [m], NaN where unknown.
     """
@@ -110,8 +114,10 @@ def _assign(distance: np.ndarray, here: np.ndarray, gate: float) -> np.ndarray:
     result = here.copy()
     for cycle in _cycles(found, here):
         apart = distance[cycle, found[cycle]]
+        jump = distance[cycle, here[cycle]]
         known = np.isfinite(apart)
-        if known.any() and (apart[known] <= gate).all():
+        jumped = (jump[np.isfinite(jump)] > max(gate, least)).all()
+        if known.any() and (apart[known] <= gate).all() and jumped:
             result[cycle] = found[cycle]
     return result
 

@@ -1,6 +1,8 @@
-"""Times of a table as integer nanoseconds: in a stated unit, ISO 8601, or the unit that magnitude and step show."""
+"""Times of a table as integer nanoseconds: in a stated unit, ISO 8601, of day, or the unit that size and step show."""
 
 from __future__ import annotations
+
+import re
 
 import numpy as np
 
@@ -10,6 +12,8 @@ from pipeline.quantities import LATEST, shown
 
 UNITS_NS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
 EPOCH_S = (631_152_000, 4_102_444_800)  # 1990 to 2100 since 1970: no record's own clock runs that long
+_OF_DAY = re.compile(r"(\d{1,2}):([0-5]\d):([0-5]\d)(?:[.,](\d{1,9}))?")
+DAY_NS = 86_400 * 10**9
 SLOWEST = 2.0  # s from frame to frame; what would be slower than this in seconds is in a smaller unit
 
 
@@ -21,6 +25,8 @@ def times_of(table: Table, column: int, unit: str | None, given: str | None) -> 
     cells, known = table.cells[column], ~table.empty(column)
     if cells.dtype == object and _are_dates(cells[known]):
         return _dates(table, column, known), known, f"column '{table.names[column]}' read as ISO 8601 times (UTC)"
+    if cells.dtype == object and known.any() and ":" in str(cells[known][0]):
+        return _times_of_day(table, column, known), known, f"column '{table.names[column]}' read as times of day"
     numbers = cells if cells.dtype.kind == "i" else table.numbers(column)
     known = known & np.isfinite(numbers.astype(np.float64))
     values = numbers[known]
@@ -39,6 +45,23 @@ def times_of(table: Table, column: int, unit: str | None, given: str | None) -> 
 
 def _are_dates(cells: np.ndarray) -> bool:
     return bool(len(cells)) and isinstance(cells[0], str) and str(cells[0]).strip()[4:5] == "-"
+
+
+def _times_of_day(table: Table, column: int, known: np.ndarray) -> np.ndarray:
+    """(n,) int64 [ns] since the first midnight: where half a day or more is gone back, another one has passed."""
+    found = []
+    for row in np.flatnonzero(known):
+        text = str(table.cells[column][row]).strip()
+        parts = _OF_DAY.fullmatch(text)
+        if parts is None or int(parts[1]) > 23:
+            raise LogError(
+                f"{table.place(int(row), column)}: {shown(text)} is not a time of day such as 12:00:00.020; "
+                "expected that, seconds, or times such as 2024-01-31T12:00:00.020Z"
+            )
+        whole = 3600 * int(parts[1]) + 60 * int(parts[2]) + int(parts[3])
+        found.append(whole * 10**9 + int((parts[4] or "").ljust(9, "0")))
+    t_ns = np.array(found, np.int64)
+    return t_ns + DAY_NS * np.concatenate([[0], np.cumsum(np.diff(t_ns) < -DAY_NS // 2)])
 
 
 def _dates(table: Table, column: int, known: np.ndarray) -> np.ndarray:

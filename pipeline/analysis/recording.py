@@ -10,6 +10,7 @@ from mcap.reader import make_reader
 
 from pipeline.analysis.ends import Ends, ends_of_log, ends_of_markers
 from pipeline.analysis.foreign import from_mcap
+from pipeline.analysis.line_order import in_line_order
 from pipeline.analysis.marker_csv import from_csv
 from pipeline.analysis.markers import MarkerFrames, from_log, marker_channels
 from pipeline.analysis.origin import Origin, lines_without_markers, origin
@@ -35,6 +36,10 @@ class Recording:
     origin: Origin
     is_log: bool = False
 
+    def with_noise(self, noise: float | None) -> Recording:
+        """The same with the markers' noise as given [m]; None: as it is."""
+        return self if noise is None else replace(self, origin=replace(self.origin, noise=noise))
+
     def ends(self) -> Ends:
         """Motion of the moving end, distance of the ends."""
         if not self.is_log:
@@ -54,7 +59,7 @@ def recordings(path: Path, reading: Reading = EVERYTHING) -> list[Recording]:
             found = _of_log(log, path, reading.channel)
     else:
         parts = from_csv(path, reading) if kind == CSV else from_mcap(path, reading)
-        found = [Recording(path, name, frames, Origin()) for name, frames in parts.items()]
+        found = [Recording(path, name, in_line_order(frames), Origin()) for name, frames in parts.items()]
     if not found:
         raise LogError(f"{path} has no markers: no channel with positions of shape (m, 3) in its messages")
     return found

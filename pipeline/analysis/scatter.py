@@ -1,10 +1,11 @@
 """What the markers' scatter leaves unknown: the noise of a record, and the frames whose shape may be noise alone.
 
-Two bounds of the noise, each holding something else besides: the third differences in time of each marker, which also
-hold its jerk, and the distances from the plane and from a curve in it, which also hold waves. The lesser one is taken,
-in its worst direction, so that scatter need not be isotropic; and no less than was given. A frame noisier than its
-record counts as noisy as it is. Coordinates rounded to a grid may be half of its spacing off, all of them in step,
-which is added.
+Three bounds of the noise, each holding something else besides: the third differences in time of each marker, which also
+hold its jerk, the fourth differences from marker to marker, which also hold the line's bends, and the distances from
+the plane and from a curve in it, which also hold waves. The least is taken, in its worst direction, so that scatter
+need not be isotropic; and no less than was given. Where the rate does not resolve the motion none of them is the noise:
+then what was given counts, or a note says so. A frame noisier than its record counts as noisy as it is. Coordinates
+rounded to a grid may be half of its spacing off, all of them in step, which is added.
 
 A shape is refused where straight lines with so much noise would have it once in CHANCE of all *records*: the chance is
 shared out among the frames. And no shape may hang on one marker alone, which may be a stray one.
@@ -12,20 +13,27 @@ shared out among the frames. And no shape may hang on one marker alone, which ma
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.analysis.catenary_fit import Catenaries
+from pipeline.analysis.grid import grid
 from pipeline.analysis.markers import MarkerFrames
 from pipeline.analysis.plane import Planes
 
 CHANCE = 0.01  # that a record of straight lines gives any number at all
 ALTERNATING = np.array([-1.0, 3.0, -3.0, 1.0])  # third difference; white noise gives it 20 times its variance
+ALONG = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # fourth difference, from marker to marker
+# Fourth differences that overlap share noise: of so many windows one is new, the sum of their squared correlations.
+OVERLAP = float((np.correlate(ALONG, ALONG, "full") ** 2).sum() / (ALONG @ ALONG) ** 2)
+# Of the estimate in time, when every second frame is left out. Noise alone leaves it as it is, jerk makes it 8 times:
+# doubled, a twentieth of the variance is jerk's.
+SETTLED = 2.0
+NOTICED = 1e-3  # of the distance of neighbours: less noise than that hides nothing that is asked
+SOME_FRAMES = 2000  # evenly over the record, for its fourth differences
+MANY_WINDOWS = 100  # over the record, for a median that chance hardly lowers
 EVEN = 0.1  # of the usual interval: frames that far from evenly spaced have no third difference
-COARSEST = 1e-2  # m: a grid on which coordinates may be rounded; wider ones are found as finer ones
-FINEST = 1e-9
-ON_GRID = 1e-6  # of a spacing: float64 holds multiples of the finest one up to 1e6 m so well
 # A record whose median frame leaves its straight line by less than this many of its own distances from the fit shows
 # no curve: what is steady in time (markers stuck on askew, positions smoothed by their tracker) counts as noise too.
 SHOWS_CURVE = 3.0
@@ -39,12 +47,14 @@ class Scatter:
     """Of k frames. sigma: noise of a marker's coordinate over the record [m]; frame: (k,) the same of each frame [m].
 
     grid: spacing of the coordinates' values [m], 0 if none was found. freedom: degrees of freedom behind sigma.
+    note: that sigma is only a bound; "" where it is the noise.
     """
 
     sigma: float
     frame: np.ndarray
     grid: float
     freedom: float
+    note: str = ""
 
     def least(self, freedom: np.ndarray | float, markers: np.ndarray, tests: int) -> np.ndarray:
         """(k,) root of a sum of squares of so many degrees of freedom that noise exceeds in CHANCE / tests [m].
@@ -83,14 +93,34 @@ def scatter(
     usual = float(np.median(about_fit[fitted])) if fitted.any() else 0.0
     width = planes.width[fitted] / np.sqrt(np.maximum(planes.n[fitted] - 2, 1))
     shows_curve = not fitted.any() or float(np.median(width)) > SHOWS_CURVE * usual
-    found = min(of_record, usual) if shows_curve else usual
+    along = _along_line(frames)
+    found = min(of_record, usual, along) if shows_curve else usual
     own = np.minimum(about_fit, in_time)
-    if given and not np.isfinite(of_record):  # frames too far apart in time to contradict what was given
+    is_bound = shows_curve and not _resolved(frames, of_record, along)
+    if given and is_bound:  # nothing contradicts what was given
         found, own = given, np.full_like(own, given)
+    elif is_bound:
+        own = np.minimum(own, along)
     sigma = max(found, given or 0.0)
     frame = np.maximum(sigma, np.where(np.isfinite(own), own, 0.0))
     freedom = MANY if given else float(min(MANY, max(1, (planes.n[fitted] - 3).sum())))
-    return Scatter(sigma, frame, _grid(frames), freedom)
+    note = _bound_note(sigma) if is_bound and not given and sigma > NOTICED * _spacing(frames) else ""
+    return Scatter(sigma, frame, grid(frames), freedom, note)
+
+
+def _bound_note(sigma: float) -> str:
+    return (
+        "the markers' noise cannot be told from their motion at this rate: it counts as the most it can be, "
+        f"{1e3 * sigma:.2g} mm; give it with --noise"
+    )
+
+
+def _resolved(frames: MarkerFrames, of_record: float, along: float) -> bool:
+    """Whether what third differences in time find is noise: it does not grow with the interval, nor exceeds `along`."""
+    if not np.isfinite(of_record) or of_record > along:
+        return False
+    half = replace(frames, t_ns=frames.t_ns[::2], position=frames.position[::2], valid=frames.valid[::2])
+    return _in_time(half)[1] <= SETTLED * of_record
 
 
 def _about_fit(planes: Planes, curves: Catenaries, noise_gain: np.ndarray) -> np.ndarray:
@@ -155,6 +185,30 @@ def _in_time(frames: MarkerFrames) -> tuple[np.ndarray, float]:
     return found, of_record if of_record <= most else np.inf
 
 
+def _along_line(frames: MarkerFrames) -> float:
+    """Noise of the record by fourth differences from marker to marker, in its worst direction [m]: also holds bends.
+
+    As in _in_time; inf where too few neighbours are seen together.
+    """
+    windows = frames.markers - len(ALONG) + 1
+    if windows < 1:
+        return np.inf
+    columns = [slice(i, i + windows) for i in range(len(ALONG))]
+    some = slice(None, None, 1 + len(frames.t_ns) // SOME_FRAMES)
+    position, valid = frames.position[some], frames.valid[some]
+    seen = np.logical_and.reduce([valid[:, column] for column in columns])
+    count = seen.sum(axis=1)
+    good = np.flatnonzero(count)
+    if count.sum() < MANY_WINDOWS:
+        return np.inf
+    difference = sum(c * position[:, column] for c, column in zip(ALONG, columns, strict=True))
+    difference = np.where(seen[:, :, None], difference, 0.0)[good]
+    moments = np.einsum("kma,kmb->kab", difference, difference) / (ALONG @ ALONG * count[good])[:, None, None]
+    freedom = max(1.0, float(np.median(count[good])) / OVERLAP)
+    usual_moments = np.median(moments, axis=0) / (1.0 - 2.0 / (9.0 * freedom)) ** 3
+    return float(np.sqrt(max(np.linalg.eigvalsh(usual_moments)[-1], 0.0)))
+
+
 def _spacing(frames: MarkerFrames) -> float:
     """Median distance of neighbouring markers that are both seen [m]; inf if there are none."""
     both = frames.valid[:, 1:] & frames.valid[:, :-1]
@@ -162,27 +216,6 @@ def _spacing(frames: MarkerFrames) -> float:
         return np.inf
     steps = np.diff(frames.position, axis=1)
     return float(np.sqrt(np.median((steps * steps).sum(axis=2)[both])))
-
-
-def _grid(frames: MarkerFrames) -> float:
-    """Coarsest power of ten [m], or float32, in which all coordinates are whole; 0 if there is none.
-
-    Half of its spacing is the greatest error of a coordinate.
-    """
-    values = frames.position[frames.valid].ravel()
-    if not len(values):
-        return 0.0
-    spacing = COARSEST
-    while spacing > 0.5 * FINEST:
-        if _whole(values[:100] / spacing) and _whole(values / spacing):
-            return spacing
-        spacing *= 0.1
-    single = np.abs(values).max().astype(np.float32)
-    return float(np.spacing(single)) if (values == values.astype(np.float32)).all() else 0.0
-
-
-def _whole(values: np.ndarray) -> bool:
-    return bool((np.abs(values - np.rint(values)) <= ON_GRID).all())
 
 
 @dataclass(frozen=True)

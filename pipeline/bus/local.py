@@ -28,15 +28,18 @@ class _Inside:
 class LocalBus:
     """Hosts by (name, process); messages are answered as they are sent."""
 
+    channels = None
+
     def __init__(self) -> None:
         self._hosts: dict[tuple[str, str], Serving] = {}
         self._arrivals: deque[Arrival] = deque()
 
-    def start(self, host: str, process: str) -> _Inside:
+    def start(self, host: str) -> tuple[str, _Inside]:
         """Have a host that offers itself."""
+        process = str(len(self._hosts))
         self._hosts[host, process] = Serving(host)
         self._arrivals.append(Arrival(APPEARED, host, process))
-        return _Inside()
+        return process, _Inside()
 
     def attach(self, host: str, process: str) -> None:
         """Nothing to do."""

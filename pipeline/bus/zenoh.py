@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import secrets
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -11,12 +9,13 @@ from typing import Any, NamedTuple
 
 import zenoh
 
+from pipeline.bus.channels import Channels
+from pipeline.bus.configuration import configuration, open_session
+from pipeline.bus.identity import Identity, Seal
 from pipeline.bus.socket import LocalSocket
 from pipeline.errors import HostError
 
 MESSAGE, APPEARED, VANISHED = "message", "appeared", "vanished"
-LEASE_MS = 5000  # a transport that is silent for so long is closed; four times as often something is sent
-RETRY_MS = 200  # between attempts to connect
 _OFFERS = "towline/host"  # liveliness tokens of processes that offer themselves, NAME/PROCESS below it
 _CONDUCTORS = "towline/run"  # liveliness tokens of conductors, by run
 
@@ -28,41 +27,6 @@ class Arrival(NamedTuple):
     host: str
     process: str
     data: bytes = b""
-
-
-def configuration(listen: Sequence[str], connect: Sequence[str], file: Path | None = None) -> zenoh.Config:
-    """Peers at explicit endpoints: no scouting, no gossip, no shared memory (killed processes would leave segments).
-
-    file: a zenoh configuration (JSON5) with what else there is to say, such as TLS and access control. Raises HostError
-    if it cannot be read.
-    """
-    try:
-        config = zenoh.Config.from_file(str(file)) if file else zenoh.Config()
-    except Exception as error:  # zenoh's own, and OSError
-        raise HostError(f"{file}: no zenoh configuration: {error}") from error
-    settings = {
-        "mode": "peer",
-        "listen/endpoints": list(listen),
-        "connect/endpoints": list(connect),
-        "connect/timeout_ms": -1 if connect else 0,
-        "connect/exit_on_failure": False,
-        "connect/retry": {"period_init_ms": RETRY_MS, "period_max_ms": 5 * RETRY_MS, "period_increase_factor": 2},
-        "scouting/multicast/enabled": False,
-        "scouting/gossip/enabled": False,
-        "transport/link/tx/lease": LEASE_MS,
-        "transport/shared_memory/enabled": False,
-    }
-    for key, value in settings.items():
-        config.insert_json5(key, json.dumps(value))
-    return config
-
-
-def open_session(config: zenoh.Config) -> zenoh.Session:
-    """Raises HostError where an endpoint cannot be listened at or connected to."""
-    try:
-        return zenoh.open(config)
-    except zenoh.ZError as error:
-        raise HostError(f"zenoh cannot be started: {str(error).splitlines()[0][:300]}") from error
 
 
 class _Queue:
@@ -98,17 +62,40 @@ def _liveliness(sample: zenoh.Sample) -> Arrival:
     return Arrival(APPEARED if sample.kind == zenoh.SampleKind.PUT else VANISHED, host, process)
 
 
+def _sealed(seal: Seal | None, data: bytes) -> bytes:
+    return data if seal is None else seal.sealed(data)
+
+
+def _opened(seal: Seal | None, data: bytes) -> bytes:
+    """What is inside; no bytes, which are no message, where somebody else has sealed it."""
+    return data if seal is None else seal.opened(data) or b""
+
+
+class _Link(NamedTuple):
+    """The conductor's side of a process."""
+
+    publisher: zenoh.Publisher
+    subscriber: zenoh.Subscriber[None]
+    seal: Seal | None
+
+
 def _publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:
     return session.declare_publisher(key, congestion_control=zenoh.CongestionControl.BLOCK, express=True)
 
 
 class ConductorBus:
-    """The conductor's end: processes offer themselves, are attached, and messages go to and fro."""
+    """The conductor's end: processes offer themselves, are attached, and messages go to and fro.
+
+    Messages are sealed where machines may connect; the socket of this machine is its user's alone. channels: for
+    whoever subscribes; None where nobody can.
+    """
 
     def __init__(self, run: int, listen: Sequence[str], file: Path | None = None):
         """Listen at a socket of this machine (`endpoint`) and at others. Raises HostError."""
         self._queue = _Queue()
-        self._links: dict[tuple[str, str], tuple[zenoh.Publisher, zenoh.Subscriber[None]]] = {}
+        self._identity = Identity()
+        self._is_sealed = bool(listen)
+        self._links: dict[tuple[str, str], _Link] = {}
         self._socket = LocalSocket()
         self.endpoint = self._socket.endpoint
         try:
@@ -116,27 +103,33 @@ class ConductorBus:
         except HostError:
             self._socket.remove()
             raise
+        self.channels = Channels(self._session) if listen else None
         liveliness = self._session.liveliness()
         self._token = liveliness.declare_token(f"{_CONDUCTORS}/{run:016x}")
         self._offers = liveliness.declare_subscriber(f"{_OFFERS}/*/*", self._queue.callback(_liveliness), history=True)
 
     def attach(self, host: str, process: str) -> None:
         """Begin to talk with a process."""
+        seal = self._identity.seal_with(process) if self._is_sealed else None
 
         def made(sample: zenoh.Sample) -> Arrival:
-            return Arrival(MESSAGE, host, process, sample.payload.to_bytes())
+            return Arrival(MESSAGE, host, process, _opened(seal, sample.payload.to_bytes()))
 
         subscriber = self._session.declare_subscriber(f"towline/out/{host}/{process}", self._queue.callback(made))
-        self._links[host, process] = _publisher(self._session, f"towline/in/{host}/{process}"), subscriber
+        publisher = _publisher(self._session, f"towline/in/{host}/{process}/{self._identity.name}")
+        self._links[host, process] = _Link(publisher, subscriber, seal)
 
     def detach(self, host: str, process: str) -> None:
         """Talk with it no longer."""
-        for one in self._links.pop((host, process), ()):
-            one.undeclare()
+        link = self._links.pop((host, process), None)
+        if link is not None:
+            link.publisher.undeclare()
+            link.subscriber.undeclare()
 
     def send(self, host: str, process: str, data: bytes) -> None:
         """Send to an attached process."""
-        self._links[host, process][0].put(data)
+        link = self._links[host, process]
+        link.publisher.put(_sealed(link.seal, data))
 
     def receive(self, timeout_s: float) -> Arrival | None:
         """What arrived next; None after the time."""
@@ -151,39 +144,65 @@ class ConductorBus:
 
 
 class HostBus:
-    """A host's end: it offers itself under its name until it is closed."""
+    """A host's end: it offers itself under its name until it is closed.
 
-    def __init__(self, name: str, connect: Sequence[str], process: str = "", file: Path | None = None):
-        """Connect and offer; waits for a conductor that is not there yet. Raises HostError."""
-        self._queue, process = _Queue(), process or secrets.token_hex(8)
+    It hears any conductor until it follows one, and then only that.
+    """
+
+    def __init__(
+        self, name: str, connect: Sequence[str], identity: Identity, file: Path | None = None, *, is_sealed: bool = True
+    ):
+        """Connect and offer; waits for a conductor that is not there yet. is_sealed: as the conductor's. HostError."""
+        self._queue, self._identity, self._is_sealed = _Queue(), identity, is_sealed
+        self._seal: Seal | None = None
+        self._heard = ""  # the conductor whose message came last, by its name on the bus
+        self._is_following = False
         self._session = open_session(configuration([], connect, file))
         self._subscriber = self._session.declare_subscriber(
-            f"towline/in/{name}/{process}", self._queue.callback(lambda sample: sample.payload.to_bytes())
+            f"towline/in/{name}/{identity.name}/*", self._queue.callback(_from_conductor)
         )
-        self._publisher = _publisher(self._session, f"towline/out/{name}/{process}")
-        self._token = self._session.liveliness().declare_token(f"{_OFFERS}/{name}/{process}")
+        self._publisher = _publisher(self._session, f"towline/out/{name}/{identity.name}")
+        self._token = self._session.liveliness().declare_token(f"{_OFFERS}/{name}/{identity.name}")
         self._conductor: zenoh.Subscriber[None] | None = None
         self.is_led = False
 
-    def watch(self, run: int) -> None:
-        """Note whether the run's conductor is there in is_led."""
+    def follow(self, run: int) -> None:
+        """Hear only the conductor whose message came last, and note in is_led whether it is there."""
 
         def note(sample: zenoh.Sample) -> None:
             self.is_led = sample.kind == zenoh.SampleKind.PUT
 
-        if self._conductor is not None:
-            self._conductor.undeclare()
-        self.is_led = True
+        self.leave()
+        self._is_following = self.is_led = True
         self._conductor = self._session.liveliness().declare_subscriber(f"{_CONDUCTORS}/{run:016x}", note, history=True)
 
+    def leave(self) -> None:
+        """Hear any conductor."""
+        if self._conductor is not None:
+            self._conductor.undeclare()
+        self._conductor, self._is_following = None, False
+
     def send(self, data: bytes) -> None:
-        """Send to the conductor."""
-        self._publisher.put(data)
+        """Send to the conductor whose message came last."""
+        self._publisher.put(_sealed(self._seal, data))
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """The conductor's next message; None after the time."""
-        return self._queue.get(timeout_s)
+        """The next message; None after the time; no bytes where it is not from the conductor followed."""
+        arrived = self._queue.get(timeout_s)
+        if arrived is None:
+            return None
+        conductor, data = arrived
+        if conductor != self._heard:
+            if self._is_following:
+                return b""
+            self._seal = self._identity.seal_with(conductor) if self._is_sealed else None
+            self._heard = conductor
+        return _opened(self._seal, data)
 
     def close(self) -> None:
         """Withdraw the offer and close the session."""
         self._session.close()
+
+
+def _from_conductor(sample: zenoh.Sample) -> tuple[str, bytes]:
+    return str(sample.key_expr).rpartition("/")[2], sample.payload.to_bytes()

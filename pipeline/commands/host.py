@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from pipeline.commands.output import print_json
+from pipeline.commands.output import BUS_CONFIG_HELP, print_json
 from pipeline.document import IDENTIFIER, NOT_A_NAME
 
 
@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--name", type=_name, required=True, help="the host's name in the scenario")
     parser.add_argument("--once", action="store_true", help="end after one run (default: wait for the next)")
-    parser.add_argument("--bus-config", type=Path, metavar="F", help="zenoh configuration (JSON5): TLS, access control")
+    parser.add_argument("--bus-config", type=Path, metavar="F", help=BUS_CONFIG_HELP)
 
 
 def _name(text: str) -> str:

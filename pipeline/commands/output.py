@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pipeline.graph import Graph
 
 FILE_WIDTH = 160  # columns where nobody's terminal sets them: no cell of a table is cut
+BUS_CONFIG_HELP = "zenoh configuration (JSON5 or YAML): TLS, user and password, access control"
 NOTICE_S = 0.1  # a bar is drawn at most this often
 
 

@@ -1,4 +1,4 @@
-"""towline replay: run one component again from a log's inputs and compare."""
+"""towline replay: run one component again from a log's inputs and compare, or play the whole log onto the bus."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from pipeline.commands import playback
 from pipeline.commands.output import console, print_json, warn
 from pipeline.errors import LogError
 from pipeline.log.reader import open_log
@@ -19,11 +20,14 @@ from pipeline.rerun import changed_node, graph_of, other_sources
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's arguments."""
     parser.add_argument("log", type=Path, help="a log")
-    parser.add_argument("--component", required=True, metavar="NAME", help="the component to run again")
+    wanted = parser.add_mutually_exclusive_group(required=True)
+    wanted.add_argument("--component", metavar="NAME", help="the component to run again")
+    wanted.add_argument("--bus", choices=["zenoh"], help="play the whole log onto the bus instead")
     parser.add_argument(
         "--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter of it"
     )
     parser.add_argument("--out", type=Path, metavar="F", help="write its new outputs to this log")
+    playback.add_arguments(parser.add_argument_group("with --bus zenoh"))
 
 
 def _write(replay: Replay, spec: ChannelSpec, out: Path) -> None:
@@ -35,6 +39,8 @@ def _write(replay: Replay, spec: ChannelSpec, out: Path) -> None:
 def command(arguments: argparse.Namespace) -> int:
     """Replay it; exit status 1 if nothing was changed and the outputs still differ."""
     log = open_log(arguments.log)
+    if arguments.bus:
+        return playback.command(log, arguments)
     for text in (log.warning, other_sources(log)):
         if text:
             warn(text)

@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from pipeline.commands.explain import print_terms, terms
-from pipeline.commands.output import console, print_json, progress_bar, say_compiling
+from pipeline.commands.output import BUS_CONFIG_HELP, console, print_json, progress_bar, say_compiling
 from pipeline.commands.summary import print_summary
 from pipeline.hosts.deployment import ENDPOINT, BusOptions
 from pipeline.keyboard import keyboard
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace the log if it exists")
     parser.add_argument("--until", metavar="10s", help="simulated time to run to (default: the scenario's duration)")
     parser.add_argument(
-        "--rate", type=_positive, metavar="1", help="simulated seconds per second (default: as fast as it goes)"
+        "--rate", type=positive, metavar="1", help="simulated seconds per second (default: as fast as it goes)"
     )
     parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter")
     parser.add_argument("--explain", action="store_true", help="say which terms of each model are on, and why")
@@ -42,7 +42,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="tcp/HOST:PORT",
         help=f"where other machines connect (default: {ENDPOINT}, if the scenario has machines)",
     )
-    parser.add_argument("--bus-config", type=Path, metavar="F", help="zenoh configuration (JSON5): TLS, access control")
+    parser.add_argument("--bus-config", type=Path, metavar="F", help=BUS_CONFIG_HELP)
 
 
 def add_recording_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,7 +54,8 @@ def add_recording_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-scene", action="store_true", help="leave the 3D scene out of the log")
 
 
-def _positive(text: str) -> float:
+def positive(text: str) -> float:
+    """A number of the command line that is above 0."""
     try:
         value = float(text)
     except ValueError:

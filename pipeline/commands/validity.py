@@ -36,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "e_C at which the catenary fails: a share of the line's length, or a length (default: %(default)s)"
     parser.add_argument("--tolerance", default=TOLERANCE, metavar="X", help=text)
     parser.add_argument("--length", metavar="M", help="of the line [m] (default: the log's, or along the markers)")
+    parser.add_argument("--noise", metavar="X", help="of a marker, along each axis (default: the log's, or found)")
     parser.add_argument("--up", choices=UPS, help="in a file that does not say (default: as the line hangs)")
     parser.add_argument("--time-unit", choices=UNITS_NS, help="of a table's times (default: by header, size and step)")
     parser.add_argument(
@@ -47,6 +48,7 @@ def cables(arguments: argparse.Namespace) -> list[Cable]:
     """The cables that the arguments ask for, judged. Raises TowlineError if there are none."""
     tolerance = _tolerance(arguments.tolerance)
     length = None if arguments.length is None else _positive("length", arguments.length)
+    noise_m = None if arguments.noise is None else _positive("noise", arguments.noise)
     reading = Reading(arguments.channel, arguments.field, arguments.up, arguments.time_unit)
     found = recordings(arguments.log, reading)
     if any(recording.is_log for recording in found):
@@ -54,13 +56,13 @@ def cables(arguments: argparse.Namespace) -> list[Cable]:
             if log.warning:
                 warn(log.warning)
     with saying_that_fits_compile(arguments.method, arguments.json):
-        return [judge(recording, arguments.method, tolerance, length) for recording in found]
+        return [judge(recording.with_noise(noise_m), arguments.method, tolerance, length) for recording in found]
 
 
 def seconds(texts: list[str]) -> tuple[float, ...]:
     """Times of a window [s]. Raises TowlineError if they are none, or not in order."""
     try:
-        times = tuple(si_value(text, "s", bare=True) for text in texts)
+        times = tuple(si_value(text.strip(), "s", bare=True) for text in texts)
     except ValueError as error:
         raise TowlineError(f"--window: {error}") from error
     if not all(a < b for a, b in pairwise(times)):
@@ -71,7 +73,7 @@ def seconds(texts: list[str]) -> tuple[float, ...]:
 def _tolerance(text: str) -> Tolerance:
     try:
         share = _SHARE.fullmatch(text.strip())
-        value = float(share[1]) / 100.0 if share else si_value(text, "m", bare=True)
+        value = float(share[1]) / 100.0 if share else si_value(text.strip(), "m", bare=True)
     except ValueError as error:
         raise TowlineError(
             f"--tolerance: {shown(text)} is no share of the length and no length; expected such as '1%' or '10 mm'"
@@ -86,11 +88,11 @@ def _tolerance(text: str) -> Tolerance:
 
 def _positive(name: str, text: str, unit: str = "m") -> float:
     try:
-        value = si_value(text, unit, bare=True)
+        value = si_value(text.strip(), unit, bare=True)
     except ValueError as error:
         raise TowlineError(f"--{name}: {error}") from error
     if not 0 < value < float("inf"):
-        raise TowlineError(f"--{name}: {text} is not positive")
+        raise TowlineError(f"--{name}: {text.strip()} is not positive")
     return value
 
 

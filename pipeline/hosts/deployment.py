@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from pipeline.bus.channels import Channels
+from pipeline.bus.identity import Identity
 from pipeline.bus.local import LocalBus
 from pipeline.bus.zenoh import Arrival, ConductorBus
 from pipeline.hosts.launch import LocalProcess, Nursery
@@ -15,7 +17,12 @@ ENDPOINT = "tcp/127.0.0.1:7447"  # where machines connect, unless said: loopback
 
 
 class Bus(Protocol):
-    """The conductor's end of a bus; a process is addressed by its host's name and its own."""
+    """The conductor's end of a bus; a process is addressed by its host's name and its own.
+
+    channels: what the run records is published there; None where nobody could subscribe.
+    """
+
+    channels: Channels | None
 
     def attach(self, host: str, process: str) -> None:
         """Begin to talk with a process."""
@@ -58,8 +65,8 @@ class Deployment(Protocol):
         """The bus of the run. Raises HostError."""
         ...
 
-    def start(self, host: str, process: str) -> Process:
-        """A process that offers itself on the bus. Raises HostError."""
+    def start(self, host: str) -> tuple[str, Process]:
+        """A process that offers itself on the bus, and its name there. Raises HostError."""
         ...
 
     def close(self) -> None:
@@ -92,9 +99,12 @@ class OnZenoh:
         self._endpoint = bus.endpoint
         return bus
 
-    def start(self, host: str, process: str) -> LocalProcess:
+    def start(self, host: str) -> tuple[str, LocalProcess]:
         """Raises HostError."""
-        return self._nursery.start(host, process, self._endpoint, self._options.config)
+        identity, options = Identity(), self._options
+        is_sealed = bool(options.listen)
+        started = self._nursery.start(host, identity.secret, self._endpoint, options.config, is_sealed=is_sealed)
+        return identity.name, started
 
     def close(self) -> None:
         """End the nursery, and with it whatever host is left."""
@@ -112,9 +122,9 @@ class InProcess:
         self._bus = LocalBus()
         return self._bus
 
-    def start(self, host: str, process: str) -> Process:
+    def start(self, host: str) -> tuple[str, Process]:
         """A host on it."""
-        return self._bus.start(host, process)
+        return self._bus.start(host)
 
     def close(self) -> None:
         """Nothing to do."""

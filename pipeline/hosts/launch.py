@@ -76,9 +76,10 @@ class Nursery:
             its.close()
         self._socket = ours
 
-    def start(self, host: str, process: str, endpoint: str, config: Path | None = None) -> LocalProcess:
-        """A host that offers itself as `process` at the endpoint. Raises HostError."""
-        wanted = {"name": host, "process": process, "endpoint": endpoint, "config": str(config or "")}
+    def start(self, host: str, secret: str, endpoint: str, config: Path | None, *, is_sealed: bool) -> LocalProcess:
+        """A host that offers itself at the endpoint, with the identity of this secret. Raises HostError."""
+        sealed = "yes" if is_sealed else ""
+        wanted = {"name": host, "secret": secret, "endpoint": endpoint, "config": str(config or ""), "sealed": sealed}
         for left in reversed(range(TRIES)):
             if self._process is None or self._process.poll() is not None:
                 self.close()

@@ -80,7 +80,8 @@ def _become_host(wanted: dict[str, str], output: int) -> None:
             from pipeline.hosts.process import serve
 
             config = Path(wanted["config"]) if wanted["config"] else None
-            serve(wanted["name"], [wanted["endpoint"]], wanted["process"], config, is_once=True)
+            secret, is_sealed = wanted["secret"], bool(wanted["sealed"])
+            serve(wanted["name"], [wanted["endpoint"]], secret, config, is_sealed=is_sealed, is_once=True)
             status = 0
     except BaseException:
         traceback.print_exc()

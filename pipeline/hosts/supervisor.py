@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import secrets
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -59,6 +58,7 @@ class Host:
     refused: int = 0
     ignored: int = 0  # by the host itself, as it last told
     is_late: bool = False
+    is_warned: bool = False  # that somebody else sends messages to it or in its name
 
     @property
     def open(self) -> list[Link]:
@@ -208,7 +208,7 @@ class Hosts:
         try:
             message = unpack(data)
         except MessageError:
-            host.refused += 1
+            self._strange(host)
             return
         if (message.run, message.incarnation) != (self.run, host.incarnation):
             host.refused += 1  # of an incarnation that is no more
@@ -223,6 +223,13 @@ class Hosts:
             self._out_of_order(host, message)
         elif message.kind != READY:
             host.refused += 1
+
+    def _strange(self, host: Host) -> None:
+        """A message on the host's keys that it has not sent."""
+        host.refused += 1
+        if not host.is_warned:
+            host.is_warned = True
+            self.tell(f"somebody else sends in the name of host {host.name}: ignored and counted")
 
     def _ready(self, host: Host, message: Message) -> None:
         """Restore what the host had done, and feed it the requests since."""
@@ -246,13 +253,20 @@ class Hosts:
         if link is None or link.section.host != host.name or not host.is_ready or not link.take(message):
             host.refused += 1
             return
-        host.ignored = message.ignored
+        self._heed_ignored(host, message.ignored)
         host.waited_s = host.repeated_s = 0.0
         host.is_late = False
         if link.is_answered:
             host.deaths = 0
         else:
             self._ask_next(host, link)
+
+    def _heed_ignored(self, host: Host, ignored: int) -> None:
+        """What the host says that it has ignored."""
+        if ignored > host.ignored and not host.is_warned:
+            host.is_warned = True
+            self.tell(f"host {host.name} is sent messages that are not of this run: ignored and counted")
+        host.ignored = ignored
 
     def _out_of_order(self, host: Host, message: Message) -> None:
         """A host that is not where it should be begins a new incarnation, which is restored and fed."""
@@ -313,9 +327,8 @@ class Hosts:
             self._ask_next(host, link)
 
     def _start(self, host: Host) -> None:
-        host.expected = secrets.token_hex(8)
         host.waited_s = host.repeated_s = 0.0
-        host.process = self.deployment.start(host.name, host.expected)
+        host.expected, host.process = self.deployment.start(host.name)
 
     def _restart(self, host: Host, why: str) -> None:
         """Kill what is left of a local host's process and start another. Raises HostError where that leads nowhere."""

@@ -32,7 +32,7 @@ from pipeline.log.conventions import (
     Snapshot,
     metadata_checksum,
 )
-from pipeline.log.schema import describe, ports_from_json, template
+from pipeline.log.schema import Schema, describe, ports_from_json, template
 from pipeline.log.template import Template
 
 if TYPE_CHECKING:
@@ -90,6 +90,7 @@ class Log:
             if statistics is None:
                 raise ValueError("the file has no statistics")
             self.start_ns, self.end_ns = statistics.message_start_time, statistics.message_end_time
+            self._count = statistics.message_count
             self.channels = self._read_channels(statistics.channel_message_counts)
         except (OSError, *DAMAGE) as error:
             self._file.close()
@@ -188,6 +189,25 @@ class Log:
             if any(number in index.message_index_offsets for number in numbers):
                 yield _OpenChunk(self, index)
 
+    def schemas(self) -> dict[str, Schema]:
+        """What the messages of each channel are, by topic: components', drawings, events, snapshots."""
+        named = {channel.topic: self._summary.schemas[channel.schema_id] for channel in self._summary.channels.values()}
+        return {topic: Schema(schema.name, schema.data) for topic, schema in named.items()}
+
+    def messages(self) -> Iterator[tuple[str, int, bytes]]:
+        """Topic, time [ns] and payload of every message of every channel, in the file's order, which is that of time.
+
+        Raises LogError at the end if there were more or fewer messages than the log counts.
+        """
+        topics = {number: channel.topic for number, channel in self._summary.channels.items()}
+        found = 0
+        for chunk in self._chunks([*topics]):
+            for number, t_ns, data in chunk.messages([*topics]):
+                found += 1
+                yield topics[number], t_ns, data
+        if found != self._count:
+            raise LogError(f"{self.path}: {found} of {self._count} messages are there")
+
     def events(self) -> list[tuple[int, str]]:
         """What happened: (time [ns], text), in order."""
         return [(t_ns, Event.FromString(data).text) for t_ns, data in self._remarks(EVENTS)]
@@ -205,7 +225,7 @@ class Log:
         """Times and payloads of a channel whose messages have no fixed shape."""
         for number in [n for n, channel in self._summary.channels.items() if channel.topic == topic]:
             for chunk in self._chunks([number], backwards):
-                messages = chunk.messages(number)
+                messages = [(t_ns, data) for _, t_ns, data in chunk.messages([number])]
                 yield from reversed(messages) if backwards else messages
 
     def attachment_names(self) -> list[str]:
@@ -295,10 +315,12 @@ class _OpenChunk:
             raise LogError(f"{self._place}, channel {channel.name}: its messages do not stand where the index says")
         return records
 
-    def messages(self, number: int) -> list[tuple[int, bytes]]:
-        """Times and payloads of a channel's messages in this chunk, in order of time."""
+    def messages(self, numbers: Sequence[int]) -> list[tuple[int, int, bytes]]:
+        """Channel, time and payload of some channels' messages in this chunk, in their order."""
+        wanted = [number for number in numbers if number in self.index.message_index_offsets]
+        entries = [(offset, t_ns, number) for number in wanted for t_ns, offset in self._entries(number).tolist()]
         found = []
-        for t_ns, offset in self._entries(number).tolist():
+        for offset, t_ns, number in sorted(entries):
             try:
                 opcode, length = PREFIX.unpack_from(self._data, offset)
                 message = Message.read(ReadDataStream(BytesIO(self._data[offset + PREFIX.size :][:length])), length)
@@ -306,5 +328,5 @@ class _OpenChunk:
                 raise LogError(f"{self._place} has a damaged message index ({error})") from error
             if opcode != Opcode.MESSAGE or message.channel_id != number or message.log_time != t_ns:
                 raise LogError(f"{self._place} has a damaged message index")
-            found.append((t_ns, message.data))
+            found.append((number, t_ns, message.data))
         return found

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from io import BufferedWriter
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Protocol, Self
 
 import numpy as np
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
@@ -31,8 +31,8 @@ from pipeline.log.conventions import (
     metadata_checksum,
 )
 from pipeline.log.scene import Drawing, drawings, keep_at_rate
-from pipeline.log.schema import describe, describe_message, message_name, ports_to_json, template
-from pipeline.log.template import Template
+from pipeline.log.schema import Schema, describe, describe_message, message_name, ports_to_json, template
+from pipeline.log.template import HEAD_BYTES, Template
 
 # Twice as fast as zstd in both directions; files are 5 % (long messages) to 40 % (short ones) larger.
 COMPRESSION = "lz4"
@@ -81,6 +81,20 @@ class _Stream:
         self.t_ns.clear()
         self.rows.clear()
         return block
+
+
+class Audience(Protocol):
+    """Takes messages as they are recorded."""
+
+    def declare(self, topic: str, message: str, descriptors: bytes) -> None:
+        """Make a channel known. message: its full protobuf name; descriptors: a FileDescriptorSet that has it."""
+
+    def is_wanted(self, topic: str) -> bool:
+        """Whether its messages are to be put."""
+        ...
+
+    def put(self, topic: str, t_ns: int, payload: bytes) -> None:
+        """Take a message."""
 
 
 @dataclass
@@ -150,6 +164,8 @@ class Recorder:
         self._horizon_ns = -1
         self._sequences: dict[int, int] = defaultdict(int)
         self._topics: dict[str, int] = {}
+        self._described: dict[int, tuple[str, Schema]] = {}  # by MCAP channel: its topic, and what its messages are
+        self._audience: Audience | None = None
         self._schemas: dict[str, int] = {}
         self._file = _create(self.path, overwrite)
         self._open = True
@@ -174,6 +190,7 @@ class Recorder:
         schema = self._writer.register_schema(message_name(spec.name), SchemaEncoding.Protobuf, data)
         pairs = {**spec.metadata, PORTS_KEY: ports_to_json(spec.ports)}
         channel = self._writer.register_channel(spec.name, MessageEncoding.Protobuf, schema, pairs)
+        self._described[channel] = spec.name, Schema(message_name(spec.name), data)
         found = drawings(spec.name, spec.ports) if self._scene_period_ns else []
         drawn = [(one, _Stream(self._channel(one.topic, one.message), one.template)) for one in found]
         return _Source(spec.name, _Stream(channel, template(spec.ports)), drawn)
@@ -185,8 +202,17 @@ class Recorder:
             data = describe_message(message).SerializeToString(deterministic=True)
             self._schemas[name] = self._writer.register_schema(name, SchemaEncoding.Protobuf, data)
         if topic not in self._topics:
-            self._topics[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[name])
+            channel = self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[name])
+            self._topics[topic] = channel
+            descriptors = describe_message(message).SerializeToString(deterministic=True)
+            self._described[channel] = topic, Schema(name, descriptors)
         return self._topics[topic]
+
+    def publish(self, audience: Audience) -> None:
+        """Show whoever wants it all that is recorded from here on."""
+        for topic, schema in self._described.values():
+            audience.declare(topic, schema.message, schema.descriptors)
+        self._audience = audience
 
     def rows(self, channel: int, rows: np.ndarray) -> None:
         """Append messages to the channel of this number.
@@ -235,10 +261,21 @@ class Recorder:
     def _hold(self, stream: _Stream, t_ns: np.ndarray, rows: np.ndarray) -> None:
         if len(t_ns) == 0:
             return
+        if self._audience is not None:
+            self._show(self._audience, stream, t_ns, rows)
         if stream not in self._held:
             self._held.append(stream)
         self._held_bytes += stream.hold(t_ns, rows)
         self._horizon_ns = max(self._horizon_ns, int(t_ns[-1]))
+
+    def _show(self, audience: Audience, stream: _Stream, t_ns: np.ndarray, rows: np.ndarray) -> None:
+        """Messages as they will stand in the log."""
+        topic, _ = self._described[stream.channel]
+        if not audience.is_wanted(topic):
+            return
+        records = stream.template.fill(stream.channel, 0, t_ns, rows)
+        for at, record in zip(t_ns.tolist(), records, strict=True):
+            audience.put(topic, at, record.tobytes()[HEAD_BYTES:])
 
     def _write_if_enough(self, t_ns: int) -> None:
         """Write what is held if it fills a chunk and a new slice begins at t_ns, or if it is too much to hold."""

@@ -24,6 +24,14 @@ _I64, _LEN = 1, 2  # protobuf wire types
 _MESSAGE_TYPE, _FIELD, _NESTED_TYPE = 4, 2, 3  # field numbers in descriptor.proto, for paths of comments
 
 
+@dataclass(frozen=True)
+class Schema:
+    """message: full name of a channel's protobuf message; descriptors: a serialised FileDescriptorSet that has it."""
+
+    message: str
+    descriptors: bytes
+
+
 @dataclass
 class _Bundle:
     """A node of the field tree: members by name, in order of first mention."""

@@ -15,8 +15,8 @@ from queue import SimpleQueue
 import numpy as np
 import zenoh
 
+from pipeline.bus.configuration import configuration
 from pipeline.bus.socket import LocalSocket
-from pipeline.bus.zenoh import configuration
 from pipeline.hosts.deployment import BusOptions
 from pipeline.hosts.launch import source_path
 from pipeline.run import Options, run_scenario

@@ -65,11 +65,14 @@ def test_fits_of_numba_and_of_the_objects_have_equal_bits(fresh):
     x = np.linspace(-1.0, 1.0, m)
     position = np.stack([np.broadcast_to(x, (k, m)), np.zeros((k, m)), -np.broadcast_to(np.cosh(x), (k, m))], axis=2)
     position = position + 0.01 * random.standard_normal(position.shape)
-    valid, reach, place = random.random((k, m)) > 0.1, 0.3 * np.arange(m), np.empty(m, np.int64)
+    valid, reach, often = random.random((k, m)) > 0.1, 0.3 * np.arange(m), np.zeros(m, np.int64)
+    place, scratch = np.empty((2, m), np.int64)
     found = []
     for way in (lambda kernel: kernel, lambda kernel: kernel.dispatcher):
         order, counts = np.empty((k, m), np.int64), np.zeros((4, k), np.int64)
-        way(compiled.Kernel(continuity._check_all.function))(position, valid, reach, place, order, *counts[:2])
+        way(compiled.Kernel(continuity._check_all.function))(
+            position, valid, reach, often, place, scratch, order, *counts[:2]
+        )
         numbers, points = np.full((k, plane.COLUMNS), np.nan), np.zeros((k, m, 2))
         way(compiled.Kernel(plane._fit_all.function))(
             position, order, np.empty((2 * m + 6, 3)), *counts[2:], numbers, points

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from pipeline.analysis.bias import by_drop_out, by_noise
+from pipeline.analysis.grid import grid
 from pipeline.analysis.indicators import REASONS, Status, fit_frames
 from pipeline.analysis.markers import marker_frames
 from pipeline.analysis.statistics import FLOORS, fails, reliable, statistics
@@ -88,17 +89,30 @@ def test_a_straight_line_gives_no_number(name, markers, line_of):
         assert np.isnan(fits.alpha).all()
         table = statistics(fits)
         assert table.alpha_deg is table.e_plane_mm is table.e_catenary_mm is None
-        assert table.missing.startswith(f"no statistics: only 0 of {FRAMES} frames with 7 markers or more are ident")
+        # A marker 60 sigma off, as heavy tails have it once in a record, is left out.
+        assert table.frames_enough >= FRAMES - 1
+        assert table.missing.startswith(f"no statistics: only 0 of {table.frames_enough} frames with 7 markers or more")
 
 
 @pytest.mark.parametrize("noise", [0.0, 3e-4])
-@pytest.mark.parametrize("spacing", [1e-2, 1e-3, 5e-4, 1e-4])
+@pytest.mark.parametrize("spacing", [1e-2, 1e-3, 0.0254 / 16, 5e-4, 1e-4])
 @pytest.mark.parametrize("line_of", [turning, still, vertical])
 def test_rounding_to_a_grid_marks_out_no_plane(line_of, spacing, noise):
     shapes = line_of()
     shapes = shapes + noise * np.random.default_rng(2).standard_normal(shapes.shape)
     fits = fits_of(np.rint(shapes / spacing) * spacing)
     assert not fits.fitted.any(), fits.reasons()
+
+
+def test_any_grid_is_found():
+    """Sixteenths of an inch and others, of an axis that begins anywhere; none where nothing was rounded."""
+    sixteenth, random = 0.0254 / 16, np.random.default_rng(12)
+    for spacing in (sixteenth, 1e-3, 5e-4, 2.5e-7):
+        x = spacing * random.integers(-2000, 2000, (50, 4, 3)) + [0.3, 1e-7, 12.0]
+        assert grid(marker_frames(T_NS[:50], x)) == pytest.approx(spacing, rel=1e-9)
+    assert grid(marker_frames(T_NS[:50], random.standard_normal((50, 4, 3)))) == 0.0
+    records = np.rint(random.standard_normal((100, 1, 1, 3)) * PLACES[:4, None] / sixteenth) * sixteenth
+    assert not any(fits_of(np.repeat(one, 100, axis=0)).fitted.any() for one in records)
 
 
 def test_single_precision_marks_out_no_plane():
@@ -148,6 +162,25 @@ def test_a_wave_is_no_noise(line):
     # The largest of three variances from 2000 frames of 12 markers: a little more than the noise, not the waves.
     assert 3.95e-4 < fits.marker_sigma < 4.2e-4
     assert fails(fits, 0.01).all()
+
+
+def test_noise_at_a_rate_that_does_not_resolve_the_motion(line):
+    """A chain swinging at 1.1 Hz seen at 2 Hz, 20 mm of waves: in time all is jumps. What noise is given counts; else
+    a note says that it is a bound, which fourth differences from marker to marker keep below the waves."""
+    t = 0.5 * np.arange(FRAMES)
+    phase = 2.0 * t[:, None] + np.linspace(0.0, 7.0, 12)
+    shapes = np.stack([line(1.0, alpha=0.4 * np.sin(6.9 * one)) for one in t])
+    shapes += 0.02 * np.sin(phase)[:, :, None] * np.array([0.0, 0.0, 1.0])
+    frames = marker_frames(
+        (1e9 * t).astype(int), shapes + 4e-4 * np.random.default_rng(13).standard_normal(shapes.shape)
+    )
+    found, given = fit_frames(frames), fit_frames(frames, marker_sigma=4e-4)
+    assert found.fitted.all()
+    assert 4e-4 < found.marker_sigma < 5e-3
+    assert any("cannot be told from their motion at this rate" in note for note in found.notes)
+    assert given.marker_sigma == 4e-4
+    assert given.fitted.all()
+    assert not any("--noise" in note for note in given.notes)
 
 
 def test_statistics_need_half_of_the_frames(line):

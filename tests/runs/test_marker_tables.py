@@ -62,6 +62,16 @@ def test_time_units_by_magnitude_and_step(position, tmp_path, unit, factor, star
     assert f"taken as {unit}" in " ".join(frames.notes)
 
 
+def test_times_of_day(position, tmp_path):
+    """Across midnight; a text that is no time is refused with its place."""
+    good = lines(position[:4], ["22:59:59", "23:59:59.980", "00:00:00.000", "00:00:00.02"], time_name="time")
+    frames = only(written(tmp_path / "a.csv", good))
+    assert np.diff(frames.t_ns).tolist() == [3_600_980_000_000, 20_000_000, 20_000_000]
+    good[2] = good[2].replace("23:59", "23:79", 1)
+    with pytest.raises(LogError, match=r"a.csv:3: .*23:79:59.980.* is not a time of day such as 12:00:00.020"):
+        from_csv(written(tmp_path / "a.csv", good), Reading())
+
+
 def test_the_user_knows_the_unit_better(position, tmp_path):
     path = written(tmp_path / "a.csv", lines(position, range(FRAMES), time_name="time"))
     assert np.diff(only(path).t_ns)[0] == 10**9
@@ -207,7 +217,7 @@ def test_tolerance_spellings(position, tmp_path, capsys, text, metres):
 )
 def test_tolerances_that_are_none(position, tmp_path, capsys, text):
     path = str(written(tmp_path / "a.csv", lines(position)))
-    assert main(["validity", path, f"--tolerance={text}", "--json"]) == 1
+    assert main(["validity", path, "--tolerance", text, "--json"]) == 1
     error = json.loads(capsys.readouterr().out)["error"]
     assert error.startswith("--tolerance: ")
     assert "expected" in error

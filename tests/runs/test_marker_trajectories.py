@@ -14,6 +14,7 @@ from mcap.writer import Writer
 
 from pipeline.analysis.continuity import check_continuity
 from pipeline.analysis.foreign import from_mcap
+from pipeline.analysis.line_order import in_line_order
 from pipeline.analysis.markers import MarkerFrames, marker_frames
 from pipeline.analysis.origin import Origin
 from pipeline.analysis.reading import Reading
@@ -65,6 +66,19 @@ def test_nothing_is_lost_of_a_clean_record(position, arc):
         assert found.left_out.sum() == found.swapped.sum() == 0
         assert found.note == ""
         assert (used(frames) == frames.valid).all()
+
+
+@pytest.mark.parametrize("step", [3, 10, 25, 50, 100])
+def test_no_motion_is_taken_for_a_jump_at_any_rate(line, arc, step):
+    """100 s of a chain whose end goes 0.25 m to and fro at 0.9 Hz and snaps at 2.3 Hz, at 17 to 0.5 Hz."""
+    t = 0.02 * np.arange(5000)
+    end = 0.25 * np.sin(5.7 * t) + 0.05 * np.sign(np.sin(14.5 * t))
+    still = line(0.9, ARC[-1], 0.3, MARKERS, 0.2, 0.0, (0.0, 0.0, 0.0))
+    share = (ARC / ARC[-1])[None, :, None]
+    moved = still + share * end[:, None, None] * np.array([0.3, 1.0, 0.5])
+    noise = 4e-4 * np.random.default_rng(4).standard_normal(moved.shape)
+    found = check_continuity(marker_frames((1e9 * t[::step]).astype(int), (moved + noise)[::step], arc=arc))
+    assert found.left_out.sum() == found.swapped.sum() == 0
 
 
 @pytest.mark.parametrize("offset", [0.1, 0.15])
@@ -147,6 +161,8 @@ GOOD = {"points": POINTS}
         ([{"cov": POINTS[:3], **GOOD}], Reading(), "has several lists of points: cov, points; choose one with --field"),
         ([GOOD], Reading(field="a.b"), "no channel has a list of points a.b; it has /m"),
         ([GOOD], Reading("/m", "a.b"), "holds no list of points a.b; it has points"),
+        ([{"points": [{"x": True, "y": 1, "z": 2}] * 5}], Reading(), "x, y, z that are numbers; it has /m"),
+        ([GOOD, {"points": [["a", 1, 2]] * 5}], Reading(), """points[0] is '["a", 1, 2]', not a point x, y, z"""),
         ([], Reading("/m"), "channel /m has no messages"),
     ],
 )
@@ -157,6 +173,47 @@ def test_strange_messages_are_refused_by_name(tmp_path, messages, reading, text)
     assert text in str(refusal.value)
     assert str(tmp_path) in str(refusal.value)
     assert "\n" not in str(refusal.value)
+
+
+def test_a_tracker_that_begins_with_nothing(tmp_path):
+    json_mcap(tmp_path / "a.mcap", [{"points": []}, {"points": []}, GOOD, {"points": []}, GOOD])
+    frames = from_mcap(tmp_path / "a.mcap", Reading(up="-z"))["/m"]
+    assert frames.valid.tolist() == [[seen] * 5 for seen in (False, False, True, False, True)]
+
+
+def test_ids_tell_which_marker_a_point_is(tmp_path, position):
+    """Points shuffled in every message, one of them not listed: as if they stood in order."""
+    random = np.random.default_rng(5)
+    orders = [random.permutation(MARKERS)[: MARKERS - i % 2] for i in range(50)]
+    messages = [
+        {"points": [{"id": int(j), **dict(zip("xyz", x[j].tolist(), strict=True))} for j in order]}
+        for x, order in zip(position, orders, strict=False)
+    ]
+    json_mcap(tmp_path / "a.mcap", messages)
+    frames = from_mcap(tmp_path / "a.mcap", Reading(up="-z"))["/m"]
+    assert [np.flatnonzero(seen).tolist() for seen in frames.valid] == [sorted(order) for order in orders]
+    assert (frames.position == np.where(frames.valid[:, :, None], position[:50], 0.0)).all()
+
+
+@pytest.mark.parametrize("change", ["throughout", "each frame", "two", "none"])
+def test_numbers_that_do_not_follow_the_line(position, change):
+    random = np.random.default_rng(6)
+    order = random.permutation(MARKERS)
+    shuffled = {
+        "throughout": position[:, order],
+        "each frame": np.stack([x[random.permutation(MARKERS)] for x in position]),
+        "two": position[:, [0, 1, 2, 4, 3, *range(5, MARKERS)]],
+        "none": position,
+    }
+    seen = random.random((FRAMES, MARKERS)) > 0.05
+    frames = marker_frames(T_NS, shuffled[change], seen, source="here")
+    if change in ("two", "none"):
+        notes = in_line_order(frames).notes
+        assert ["as if some were exchanged" in note for note in notes] == ([True] if change == "two" else [])
+        return
+    with pytest.raises(LogError, match="here: the markers' numbers do not follow the line") as refusal:
+        in_line_order(frames)
+    assert ("changes from frame to frame" in str(refusal.value)) == (change == "each frame")
 
 
 def test_the_field_asked_for_is_taken(tmp_path):

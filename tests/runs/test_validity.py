@@ -241,7 +241,7 @@ def test_other_files_are_refused_by_name(capsys, tmp_path):
     assert "/mocap is cdr geometry_msgs/PoseArray; only protobuf and json are read" in refused(
         capsys, tmp_path / "ros.mcap", "--channel", "/mocap"
     )
-    assert "at least three points x, y, z from the first message on; it has /mocap (cdr geometry_msgs/PoseArray)" in (
+    assert "at least three points x, y, z that are numbers; it has /mocap (cdr geometry_msgs/PoseArray)" in (
         refused(capsys, tmp_path / "ros.mcap")
     )
     at_once = [(0, b'{"markers": [[0, 0, 0], [1, 0, 1], [2, 0, 3]]}')] * 5
@@ -262,6 +262,9 @@ def test_other_files_are_refused_by_name(capsys, tmp_path):
         (("--tolerance", "5 kg"), "--tolerance: "),
         (("--tolerance", "0%"), "--tolerance: 0% is not between 0 and 100 %"),
         (("--length", "0"), "--length: 0 is not positive"),
+        (("--length", "-2m"), "--length: -2m is not positive"),
+        (("--tolerance", "-1%"), "--tolerance: -1% is not between 0 and 100 %"),
+        (("--noise", "-1mm"), "--noise: -1mm is not positive"),
     ],
 )
 def test_mistakes(capsys, log, words, message):
