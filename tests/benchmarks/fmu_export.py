@@ -39,7 +39,7 @@ def _recorded() -> tuple[Node, int, np.ndarray]:
     i = [node.name for node in graph.nodes].index("tether")
     span, inputs = conductor.memory.spans["u"][i], conductor.memory.tables.inputs
     rows = [inputs[span].copy()]
-    for _ in conductor.run(STEPS, 1):
+    for _ in conductor.run(STEPS, lambda: 1):
         rows.append(inputs[span].copy())
     return graph.nodes[i], graph.base_ns, np.array(rows)
 

@@ -181,7 +181,7 @@ def test_no_component_of_this_repository_raises(model):
     ("old", "new", "expected"),
     [
         ("step=step", "step=functools.partial(step)", "step is a partial; expected a plain function, made by def"),
-        ("step=step", "step=half", "step is a CPUDispatcher; expected a plain function, made by def"),
+        ("step=step", "step=half", "step is a CompiledKernel; expected a plain function, made by def"),
         ("step=step", "step=None, compiled=False", "step is a NoneType; expected a function"),
         ("name=", "name=3 or ", "has a COMPONENT whose name is no text or whose parameters are no Parameters class"),
         ("=Nothing", "=dict", "has a COMPONENT whose name is no text or whose parameters are no Parameters class"),

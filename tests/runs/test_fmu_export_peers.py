@@ -61,7 +61,7 @@ def test_ring_of_delayed_wires(fmu_of, tmp_path):
     graph = build_graph(load_scenario_text(RING, "ring.yaml", tmp_path))
     conductor = Conductor(graph)
     conductor.initialise()
-    for _ in conductor.run(graph.ticks, None):
+    for _ in conductor.run(graph.ticks):
         pass
     expected = conductor.memory.tables.board[: graph.board].reshape(5, 2)
     cosim = Cosim(1_000_000, dict.fromkeys(NAMES, fmu_of("van_der_pol.yaml#a", 2)))
@@ -108,7 +108,7 @@ def delayed_chain(steps: int) -> np.ndarray:
     graph = build_graph(load_scenario_text(text, "delayed.yaml", ROOT / "scenarios"))
     conductor = Conductor(graph)
     conductor.initialise()
-    for _ in conductor.run(steps, None):
+    for _ in conductor.run(steps):
         pass
     span = conductor.memory.spans["y"][[n.name for n in graph.nodes].index("tether")]
     return conductor.memory.tables.board[span][: 51 * 3].copy()
