@@ -8,6 +8,7 @@ an expression with a wildcard up for every message.
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 
 import zenoh
 from zenoh.handlers import FifoChannel, Handler
@@ -23,8 +24,8 @@ class Inbox:
         """key: what is sent to it is kept from now on."""
         channel: FifoChannel[zenoh.Sample] = FifoChannel(CAPACITY)
         self._subscriber: zenoh.Subscriber[Handler[zenoh.Sample]] = session.declare_subscriber(key, channel)
-        self._waking = session.declare_publisher(key, allowed_destination=zenoh.Locality.SESSION_LOCAL)
         self._next, self._next_there = self._subscriber.recv, self._subscriber.try_recv
+        self._session, self._expression = session, key
         self.key = key  # on which the last message came
         self._is_exact = "*" not in key
 
@@ -43,13 +44,13 @@ class Inbox:
         return sample.payload.to_bytes() or None
 
     def wake(self) -> None:
-        """Have whoever waits for the next message get one that says nothing."""
-        self._waking.put(_NOTHING)
+        """Have whoever waits for the next message get one that says nothing; from any thread."""
+        with suppress(zenoh.ZError):  # the session is closed
+            self._session.put(self._expression, _NOTHING, allowed_destination=zenoh.Locality.SESSION_LOCAL)
 
     def close(self) -> None:
         """Receive no more."""
         self._subscriber.undeclare()
-        self._waking.undeclare()
 
 
 class Waiting:
