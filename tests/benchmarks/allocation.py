@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import itertools
+import statistics
 import time
 from collections.abc import Iterator
 from math import radians
@@ -12,7 +13,7 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from components.allocator.exact.component import COMPONENT
+from components.allocator.exact.component import COMPONENT as EXACT
 from components.allocator.exact.convex_pieces import pieces
 from components.allocator.exact.response import (
     A_REVERSE,
@@ -30,11 +31,17 @@ from components.allocator.exact.response import (
     X,
     Y,
 )
+from components.allocator.newton.component import COMPONENT as NEWTON
+from components.allocator.published.component import COMPONENT as PUBLISHED
+from components.allocator.quadratic.component import COMPONENT as QUADRATIC
 from components.allocator.thrusters import Thruster
-from components.compiled import bind
+from components.compiled import bind, kernel
+from components.contract import Component
+from pipeline.native_loop import call
 
 _FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 5)
-DEMANDS, TIMED = 1000, 200
+DEMANDS, EXHAUSTED = 300, 40  # against the conic optimum; and where all choices of sides are tried
+REPEATS, CALLS = 5, 20
 SEED = 7
 
 
@@ -80,14 +87,21 @@ def open_water(layout: tuple[Thruster, ...]) -> tuple[Thruster, ...]:
     return tuple(thruster.model_copy(update={"forbidden": ()}) for thruster in layout)
 
 
-class Allocator:
-    """The component outside a conductor; y and w are filled with NaN before every call."""
+@kernel
+def _call_often(address, t_ns, step_ns, vectors, times):
+    """Call the step function at an address so often with the same vectors."""
+    for _ in range(times):
+        call(address, t_ns, step_ns, vectors[0], vectors[1], vectors[2], vectors[3], vectors[4])
 
-    def __init__(self, step_s: float = 0.1, **parameters):
-        self.parameters = COMPONENT.parameters(**parameters)
-        self.p = COMPONENT.pack(self.parameters)
+
+class Allocator:
+    """A component outside a conductor; y and w are filled with NaN before every call."""
+
+    def __init__(self, step_s: float = 0.1, component: Component = EXACT, **parameters):
+        self.component, self.parameters = component, component.parameters(**parameters)
+        self.p = component.pack(self.parameters)
         self.u, self.x, self.y, self.w = (np.full(int(n), np.nan) for n in self.p[1:5])
-        self._entries = bind(COMPONENT)
+        self._entries = bind(component)
         self._step_ns, self._t_ns = round(step_s * 1e9), 0
         self._init, self._step = _FUNCTION(self._entries.init), _FUNCTION(self._entries.step)
         self._addresses = [vector.ctypes.data for vector in (self.p, self.u, self.x, self.y, self.w)]
@@ -106,11 +120,22 @@ class Allocator:
 
     def __getitem__(self, name: str) -> np.ndarray:
         k = 0
-        for port in COMPONENT.outputs(self.parameters):
+        for port in self.component.outputs(self.parameters):
             if port.name == name:
                 return self.y[k : k + port.size].reshape(port.shape).copy()
             k += port.size
         raise KeyError(name)
+
+    def microseconds(self, demands: np.ndarray) -> np.ndarray:
+        """Of each demand, the least of some calls from a compiled loop (count,)."""
+        us = np.full(len(demands), np.inf)
+        for k, demand in enumerate(demands):
+            self.step(demand)
+            for _ in range(REPEATS):
+                began = time.perf_counter_ns()
+                _call_often(self._entries.step, self._t_ns, self._step_ns, np.array(self._addresses), CALLS)
+                us[k] = min(us[k], (time.perf_counter_ns() - began) / (1e3 * CALLS))
+        return us
 
     @property
     def forces(self) -> np.ndarray:
@@ -259,3 +284,69 @@ def cones(layout: tuple[Thruster, ...]) -> Iterator[Cone]:
     lever = max(float(np.sqrt(np.mean([t.x**2 + t.y**2 for t in layout]))), 1.0)
     for rows in itertools.product(*(pieces(thruster) for thruster in layout)):
         yield Cone(list(rows), force, power, lever)
+
+
+def _miss(allocator: Allocator, layout: tuple[Thruster, ...], demand: np.ndarray, cone: Cone) -> float:
+    """Of the demand, by what the thrusters can really give of the commands: forces cut to their largest thrusts."""
+    most = np.array([t.max_thrust * t.loss_factor for t in layout])
+    f = allocator.forces * np.minimum(1.0, most / np.maximum(abs(allocator["thrust"]), 1e-9))[:, None]
+    moment = sum(t.x * fy - t.y * fx for t, (fx, fy) in zip(layout, f, strict=True))
+    return float(
+        np.linalg.norm((np.array([*f.sum(axis=0), moment]) - demand) / np.array([1.0, 1.0, cone.lever])) / cone.force
+    )
+
+
+def _method_row(case: str, layout: tuple[Thruster, ...], component: Component, wanted: np.ndarray, least: list) -> dict:
+    """Power above the least where that exists, what is missed where it does, overload, microseconds."""
+    allocator, cone = Allocator(component=component, thrusters=layout), next(cones(layout))
+    above, missed, overload = [], [], 0.0
+    most = np.array([t.max_thrust * t.loss_factor for t in layout])
+    for demand, power in zip(wanted, least, strict=True):
+        allocator.step(demand)
+        overload = max(overload, float((abs(allocator["thrust"]) / most).max()))
+        if power is not None and power > 1e-6 * cone.power:
+            above.append(float(allocator["power"].sum() / power - 1.0))
+            missed.append(_miss(allocator, layout, demand, cone))
+    us = allocator.microseconds(wanted[:200])
+    return {
+        "case": case,
+        "method": component.name,
+        "error": float(np.median(above)),
+        "largest": max(above),
+        "missed": max(missed),
+        "overload": overload,
+        "us": float(np.median(us)),
+        "slowest_us": float(us.max()),
+    }
+
+
+def _conic_row(case: str, seconds: list[float]) -> dict:
+    row = {"error": 0.0, "largest": 0.0, "missed": 0.0, "overload": 1.0}
+    us = {"us": 1e6 * statistics.median(seconds), "slowest_us": 1e6 * max(seconds)}
+    return {"case": case, "method": "Clarabel", **row, **us}
+
+
+def _least(problems: list[Cone], demand: np.ndarray) -> tuple[float | None, float]:
+    """The least power over all choices, and the seconds of all."""
+    found = [problem.least_power(demand) for problem in problems]
+    powers = [power for power, _ in found if power is not None]
+    return min(powers, default=None), sum(seconds for _, seconds in found)
+
+
+def rows() -> list[dict]:
+    """Four layouts with and without zones; with them the semi-submersible's 4096 choices are left to the tests."""
+    table = []
+    for name, layout in LAYOUTS.items():
+        for case, some in ((name, open_water(layout)), (f"{name}, zones", layout)):
+            problems = list(cones(some))
+            wanted = demands(some, DEMANDS if len(problems) == 1 else EXHAUSTED if len(problems) < 100 else 2)
+            found = [_least(problems, demand) for demand in wanted]
+            least = [power for power, _ in found]
+            methods = (EXACT, PUBLISHED, NEWTON, QUADRATIC)
+            table += [_method_row(case, some, component, wanted, least) for component in methods]
+            table.append(_conic_row(case, [seconds for _, seconds in found]))
+    common = {
+        "error_unit": "power above the least, part of it, median of demands that can be met; negative where it is not",
+        "reference": "Clarabel, power cones, gap 1e-11; with zones the best of all choices of sides",
+    }
+    return [{**row, **common} for row in table]

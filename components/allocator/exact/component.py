@@ -11,6 +11,7 @@ from components.allocator.exact.reach import reach, settle
 from components.allocator.exact.response import E1X, E1Y, KIND, LINE, SET
 from components.compiled import kernel
 from components.contract import HEADER, Component
+from components.matrices import table
 
 
 @kernel
@@ -23,10 +24,10 @@ def lay_out(p):
     pieces = covers + n * SET
     return (
         q,
-        q[TABLES:first].reshape((n, 2)),
+        table(q, TABLES, n, 2),
         q[first:covers],
-        q[covers:pieces].reshape((n, SET)),
-        q[pieces : pieces + m * SET].reshape((m, SET)),
+        table(q, covers, n, SET),
+        table(q, pieces, m, SET),
     )
 
 
@@ -74,16 +75,16 @@ def decide(p, u, x, y, w, h, is_limited):
     q, _, first, covers, pieces = lay_out(p)
     n = covers.shape[0]
     at = 2 * n
-    sets = w[at : at + n * SET].reshape((n, SET))
+    sets = table(w, at, n, SET)
     at += n * SET
     trial, price, tau, best = w[at : at + 9], w[at + 9 : at + 12], w[at + 12 : at + 15], w[at + 15 : at + 20]
     at += 20
-    f, best_f = w[at : at + 2 * n].reshape((n, 2)), w[at + 2 * n : at + 4 * n].reshape((n, 2))
+    f, best_f = table(w, at, n, 2), table(w, at + 2 * n, n, 2)
     at += 4 * n
     choice = w[at : at + n]
     at += n
     depth = (w.shape[0] - at) // (4 + n)
-    stack = w[at : at + depth * (4 + n)].reshape((depth, 4 + n))
+    stack = table(w, at, depth, 4 + n)
     tau[0], tau[1], tau[2] = u[0] / q[FORCE], u[1] / q[FORCE], u[2] / (q[FORCE] * q[LEVER])
     for c in range(3):
         price[c] = q[START + 3 * c] * tau[0] + q[START + 3 * c + 1] * tau[1] + q[START + 3 * c + 2] * tau[2]
@@ -125,7 +126,7 @@ def allocate_demand(p, u, x, y, w, h, is_limited):
         y[flags], y[flags + 1] = 1.0 if miss == 0.0 else 0.0, 0.0
         y[flags + 2], y[flags + 3] = 1.0 if is_proven else 0.0, float(nodes)
         return 0
-    write_commands(q, pieces, first, x, y, x[: 2 * n].reshape((n, 2)))
+    write_commands(q, pieces, first, x, y, table(x, 0, n, 2))
     y[flags], y[flags + 1], y[flags + 2], y[flags + 3] = 0.0, 1.0, 0.0, 0.0
     return 0
 
