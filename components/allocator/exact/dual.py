@@ -12,7 +12,7 @@ from components.compiled import kernel
 
 CONVERGED, STUCK, FAR, LONG = range(4)
 HALVINGS = 40
-NEAR = 1e-12  # a gradient below it may be one of rounding
+NEAR = 1e-10  # of the demand: a gradient below it that Newton's step does not halve is one of rounding
 
 
 @kernel
@@ -88,9 +88,10 @@ def newton(sets, tau, k, r, price, trial, f, tolerance, far, most):
     STUCK: no step is downhill in float64. FAR: a price went beyond `far`. LONG: not in `most` steps.
     """
     psi, gx, gy, gz, xx, xy, xz, yy, yz, zz = evaluate(sets, tau, k, r, price, f)
+    near = NEAR * largest(tau[0], tau[1], tau[2])
     for _ in range(most):
         size = largest(gx, gy, gz)
-        if size <= tolerance or (size < NEAR and size <= rounding(sets, f)):
+        if size <= tolerance or (size <= near and size <= rounding(sets, f)):
             return CONVERGED
         dx, dy, dz = direction(gx, gy, gz, xx, xy, xz, yy, yz, zz)
         slope, reach, before, is_down = dx * gx + dy * gy + dz * gz, 1.0, psi, False
@@ -103,8 +104,10 @@ def newton(sets, tau, k, r, price, trial, f, tolerance, far, most):
             reach *= 0.5
         if not is_down:
             evaluate(sets, tau, k, r, price, f)
-            return CONVERGED if size <= 1e3 * tolerance or size <= 10.0 * rounding(sets, f) else STUCK
+            return CONVERGED if size <= near or size <= 10.0 * rounding(sets, f) else STUCK
         price[0], price[1], price[2] = trial[0], trial[1], trial[2]
+        if size <= near and largest(gx, gy, gz) >= 0.5 * size:
+            return CONVERGED
         if largest(price[0], price[1], price[2]) > far:
             return FAR
     return LONG
