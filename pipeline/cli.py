@@ -29,6 +29,7 @@ COMMANDS = {
     "export": "write a log's channels as parquet or csv",
     "fmu": "build an FMU from a component, or tell what one contains",
     "catenary": "static catenary between two points",
+    "capability": "the wind up to which thrusters hold a ship, per heading and failure",
     "bench": "measure speed against error",
 }
 
