@@ -111,6 +111,24 @@ def test_a_dragged_end_gives_its_body_the_force_that_it_felt():
     assert told == pytest.approx(felt, abs=1e-8)
 
 
+@pytest.mark.parametrize("h", [0.01, 0.02, 0.05, 0.1])
+def test_every_step_on_the_bed_balances(h):
+    """Two bodies on a line that they drag over the bed, which slides, sticks and turns round: each step converged.
+
+    A step's friction is the projection of a trial force on what the bed gives, which has a solution whatever the step.
+    """
+    for ratio in terms.RATIOS:
+        case = terms.Case("seabed", ratio, "body")
+        conductor = terms.Conductor(terms.graph_of(case, h, bond.ROUNDS, terms.at_start(case)))
+        line = next(i for i, node in enumerate(conductor.graph.nodes) if node.name == "line")
+        ports = bond.CABLE.outputs(conductor.graph.nodes[line].parameters)
+        place = 1 + sum(port.size for port in ports[: [port.name for port in ports].index("converged")])
+        conductor.initialise()
+        for _ in conductor.run(conductor.graph.ticks):
+            rows = dict(conductor.captured())[line]
+            assert (rows[:, place] == 1).all()
+
+
 @pytest.mark.parametrize("case", LIGHT, ids=lambda case: case.name)
 def test_light_bodies_reach_the_joint_motion(case):
     """Bodies of a tenth of the line's mass, line and bodies as one in fine steps: from 20 to 2 ms the error falls.

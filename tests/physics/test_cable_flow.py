@@ -106,6 +106,36 @@ def test_linear_shear_against_the_boundary_value_problem(cable):
     assert np.abs((4 * found[1] - found[0]) / 3 - expected).max() < 1e-4
 
 
+@pytest.mark.parametrize("length", [300.0, 1000.0])
+def test_long_tether_streams_into_its_shape_in_a_sheared_current(cable, length):
+    """Hung in still water, then let stream out in a shear, it comes to where statics has it (test_quasistatic's too).
+
+    ROV tether, 0.5 N/m in water, ends 0.6 of its length apart in depth; four hours in steps of 4 s, each converged.
+    What is left is the slow end of streaming out, 1e-3 of the length.
+    """
+    d = 0.015
+    displaced = pi / 4 * d**2
+    tether = dict(
+        length=length, segments=50, mass_per_length=1025 * displaced + 0.5 / G, volume_per_length=displaced,
+        drag_diameter=d, axial_stiffness=1e6, tangential_drag=0.02, damping_time=0.1,
+    )  # fmt: skip
+    shear = (
+        {"depth": 0.0, "velocity": (1.0, 0.0, 0.0)},
+        {"depth": 0.3 * length, "velocity": (0.5, 0.3, 0.0)},
+        {"depth": length, "velocity": (-0.4, 0.1, 0.0)},
+    )
+    ends = ((0.0, 0.0, 0.0), (0.3 * length, 0.0, 0.6 * length))
+    hung, rest = cable(4.0, ends, **tether), cable(4.0, ends, **tether, current_profile=shear)
+    assert hung.status == rest.status == 0
+    shape, u = rest["nodes"], rest.u.copy()
+    assert np.linalg.norm(hung["nodes"] - shape, axis=1).max() > 0.05 * length
+    rest.x[:] = hung.x
+    for _ in range(3600):
+        rest.step(u)
+        assert rest["converged"] == 1
+    assert np.linalg.norm(rest["nodes"] - shape, axis=1).max() < 1e-3 * length
+
+
 def test_current_from_a_table_and_from_a_port(cable):
     table = np.array([2, 0.0, 1.0, 0.2, 0.0, 10.0, 0.0, 0.2, 0.0])
     assert current(table, 0, -1.0) == (1.0, 0.2, 0.0)

@@ -42,6 +42,8 @@ CASES = {
     "on the bed in the sea": (SLACK, BED | SEA),
     "stiff": (SLACK, STIFF),
     "stiff, both ends together": (HERE, STIFF),
+    "stiff, both ends together, odd": (HERE, STIFF | {"segments": 31}),
+    "stiff, inextensible, both ends together, odd": (HERE, STIFF | {"segments": 31, "axial_stiffness": None}),
     "stiff, vertical": (ABOVE, STIFF),
     "stiff, one segment": (SLACK, STIFF | {"segments": 1, "length": 6.5}),
     "stiff, clamped against its sag": (SLACK, STIFF | {"clamp_a": (0.0, 0.0, -1.0)}),

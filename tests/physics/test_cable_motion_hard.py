@@ -245,3 +245,71 @@ def test_unconverged_is_a_failure(cable_of):
     failed = says[:, 0] == 0
     assert failed.any()
     assert (says[failed, 1] > 1).all()
+
+
+@pytest.mark.parametrize("n", [8, 32])
+def test_axial_damping_is_the_materials(cable_of, n):
+    """T = EA (e + tau de/dt): the logarithmic decrement of an axial mode is pi omega tau, whatever the mesh; to 3 %.
+
+    First mode of a taut weightless line, omega = 2 sqrt(k / m) sin(pi / 2 n); 200 steps a period, whose own damping is
+    below 1 % of it.
+    """
+    tau, k, m = 1.1e-5, 4.5e5 * n / 3.5, 0.1054 * 3.5 / n
+    omega = 2 * np.sqrt(k / m) * np.sin(np.pi / (2 * n))
+    u = held((3.5035, 0, 0))
+    cable = cable_of(np.pi / omega / 100, u, **VACUUM | {"segments": n, "gravity": 0.0, "damping_time": tau})
+    cable.state[:, line.V] = 0.1 * np.sin(np.pi * np.arange(n + 1) / n)
+    x = []
+    for _ in range(1000):
+        cable.step(u)
+        x.append(cable["nodes"][n // 2, 0] - 0.5 * 3.5035)
+    peaks = [max(np.abs(x[i : i + 100])) for i in range(0, 1000, 100)]  # one in each half period
+    decrement = 2 * np.log(peaks[0] / peaks[-1]) / (len(peaks) - 1)
+    assert decrement == pytest.approx(np.pi * omega * tau, rel=0.03)
+
+
+def test_neutral_line_rings_as_a_string_in_water(cable_of):
+    """omega = pi / L sqrt(T / (m + Ca rho V)), straight at rest: what is left without weight is tension, added mass."""
+    neutral = CHAIN | {"volume_per_length": 0.1054 / 1000, "normal_drag": 0.0}
+    u, h = held((3.5 * 1.0001, 0, 0)), 2e-3
+    cable = cable_of(h, u, **neutral)
+    assert np.abs(cable["nodes"][:, 1:]).max() < 1e-12
+    cable.state[:, line.V + 2] = 1e-3 * np.sin(np.pi * np.arange(51) / 50)
+    z = []
+    for _ in range(2000):
+        cable.step(u)
+        z.append(cable["nodes"][25, 2])
+    z = np.array(z)
+    up = np.flatnonzero((z[:-1] < 0) & (z[1:] >= 0))
+    period = np.diff(up - z[up] / (z[up + 1] - z[up])).mean() * h
+    tension = 4.5e5 * 1e-4
+    assert 2 * np.pi / period == pytest.approx(np.pi / 3.5 * np.sqrt(tension / (2 * 0.1054)), rel=2e-3)
+
+
+def test_buoyant_line_is_the_mirror_of_a_heavy_one(cable_of):
+    """Twice as much water as line: upside down it moves as it would with gravity upwards; to Newton's tolerance."""
+    motions = [reversing(k) for k in range(61)]
+    turned = [u * np.tile([1, 1, -1], 6) for u in motions]
+    buoyant = {"volume_per_length": 2 * 0.1054 / 1000}
+    up, _ = ridden(cable_of, motions, **buoyant)
+    down, says = ridden(cable_of, turned, **buoyant, gravity=-G)
+    assert says[:, 0].min() == 1
+    assert up["nodes"][:, 2].min() < -0.5
+    assert up["nodes"] == pytest.approx(down["nodes"] * [1, 1, -1], abs=1e-5)
+
+
+@pytest.mark.parametrize("slackens", [True, False])
+def test_slack_line_pushes_nothing(cable_of, slackens):
+    """Drawn together at 1 m/s a weightless straight line that takes no compression stays where it is, pulls at nothing.
+
+    One that does take it pushes with its waves: sqrt(EA m) v. Tolerance: k times the rounding of a length.
+    """
+    cable = cable_of(1e-5, held((3.5, 0, 0)), **VACUUM | {"gravity": 0.0, "tension_only": slackens})
+    for k in range(1, 101):
+        cable.step(held((3.5 - 1e-5 * k, 0, 0), (-1, 0, 0)))
+    if slackens:
+        assert np.abs(cable["nodes"][:-1, 0] - 3.5 * np.arange(50) / 50).max() < 1e-12
+        assert cable["tension"].max() < 1e-8
+        assert np.abs(cable["force_b"]).max() < 1e-8
+    else:
+        assert cable["force_b"][0] == pytest.approx(np.sqrt(4.5e5 * 0.1054), rel=0.05)

@@ -5,14 +5,14 @@ from math import sqrt
 from components.compiled import kernel
 from components.tether.cable import bending, clumps, flow, seabed
 from components.tether.cable.drag import morison
-from components.tether.cable.line import ACC, DIR, KE, SCRATCH, TC, WATER, D, E, Q, R, T, V
+from components.tether.cable.line import ACC, ASKED, DIR, KE, SCRATCH, TC, WATER, D, E, Q, R, T, V
 from components.tether.cable.part import part, whole
 
 # Softens a segment's length so that one squeezed to a point has a tangent (zero) and no NaN; times l0, squared.
 POINT = 1e-16
 EPSILON = 2.0**-52
-# Penalty of an inextensible part over its inertia in the time scheme, c_c^2 m: an iteration leaves about 1 % of the
-# stretch.
+# Penalty of an inextensible part over the inertia in the time scheme, c_c^2 m, of a line whose n parts all swing to and
+# fro along it, n^2 times their own: an iteration leaves about 1 % of the stretch.
 OUTWEIGH = 100.0
 
 
@@ -31,18 +31,18 @@ def axial(stretch, rate, last, s, c_c):
 
 
 @kernel
-def multiplier(stretch, last, s, c_c):
-    """Tension [N] of an inextensible part and the penalty [N/m], by the method of multipliers (Hestenes 1969).
+def multiplier(stretch, last, n, s, c_c):
+    """Tension [N], what the stretch asks on top of it [N], and the penalty [N/m] of a part of n inextensible ones.
 
-    T = last + k stretch: each linear solution takes this T for the next `last`, so that it comes to rest only where
-    the stretch is nothing, whatever the penalty k; the faster, the more k outweighs the inertia of a short step. At an
-    instant (c_c = 0), where only accelerations are sought, the tension stays near the last.
+    The method of multipliers (Hestenes 1969): each linear solution takes last + k stretch for the next `last`, so that
+    it comes to rest only where the stretch is nothing, whatever the penalty k; the faster, the more k outweighs the
+    inertia of a short step. The force is `last` alone: k would magnify the rounding of a length. At an instant
+    (c_c = 0), where only accelerations are sought, the tension stays near the last.
     """
-    k = s.k + OUTWEIGH * c_c * c_c * (s.mass + s.added_n)
-    tension = last + k * stretch
-    if s.tension_only and tension <= 0.0 and not last > 0.0:
-        return 0.0, 0.0
-    return tension, k
+    k = s.k + OUTWEIGH * n * n * c_c * c_c * (s.mass + s.added_n)
+    if s.tension_only and last + k * stretch <= 0.0 and not last > 0.0:
+        return 0.0, 0.0, 0.0
+    return last, k * stretch, k
 
 
 @kernel
@@ -95,7 +95,8 @@ def fill(line, w, c_m, c_c, special):
         rate = tx * (vx - ux) + ty * (vy - uy) + tz * (vz - uz)
         tension, slope = axial(length - s.l0, rate, w[b + T], s, c_c)
         if special is not None and s.inextensible:
-            tension, slope = multiplier(length - s.l0, w[b + T], s, c_c)
+            tension, asked, slope = multiplier(length - s.l0, w[b + T], line.n, s, c_c)
+            w[b + ASKED] = asked if i != line.cut else 0.0
         if i == line.cut:
             tension, slope = 0.0, 0.0
         g = max(w[b + T], 0.0) * inverse
@@ -156,10 +157,23 @@ def assemble(line, w, c_m, c_c):
 
 
 @kernel
+def tighten(line, w):
+    """Add to R what the stretch of an inextensible line asks, for the next linear solution."""
+    if line.inextensible:
+        for i in range(line.n):
+            b = i * SCRATCH
+            o = b + SCRATCH
+            for c in range(3):
+                w[b + R + c] += w[b + ASKED] * w[b + DIR + c]
+                w[o + R + c] -= w[b + ASKED] * w[b + DIR + c]
+
+
+@kernel
 def imbalance(line, w, first, last):
     """Largest component of R over the free nodes, or compression of a line that takes none [N]; NaN if any is NaN.
 
-    Of an inextensible line also k times the stretch that is left, by which its tension would change.
+    Of an inextensible line also its stiffness at rest times the stretch that is left; of one on the bed what a stick
+    holds beyond friction.
     """
     worst = 0.0
     for i in range(first, last + 1):
@@ -174,21 +188,20 @@ def imbalance(line, w, first, last):
             worst = max(worst, -w[i * SCRATCH + TC])
     if line.inextensible:
         for i in range(line.n):
-            worst = max(worst, abs(w[i * SCRATCH + TC] - w[i * SCRATCH + T]))
-    return worst
+            if w[i * SCRATCH + KE] > 0.0:
+                worst = max(worst, line.k * abs(w[i * SCRATCH + ASKED]) / w[i * SCRATCH + KE])
+    return max(worst, seabed.overdrawn(line, w))
 
 
 @kernel
-def allowance(line, w, tolerance, c_c):
+def allowance(line, w, tolerance):
     """Imbalance [N] to put up with: the tolerance times dry weight plus largest tension, and rounding in the lengths.
 
     The tension is the last linear solution's. A position of size |q| is known to |q| EPSILON, a tension to k times it.
-    c_c: the time scheme's, 0 at rest.
     """
     tension, reach = 0.0, 0.0
     for i in range(line.n):
         b = i * SCRATCH
         tension = max(tension, abs(w[b + T]))
         reach = max(reach, abs(w[b + Q]), abs(w[b + Q + 1]), abs(w[b + Q + 2]))
-    k = line.k + (OUTWEIGH * c_c * c_c * (line.mass + line.added_n) if line.inextensible else 0.0)
-    return tolerance * (line.dry_weight + tension) + 4.0 * EPSILON * k * reach
+    return tolerance * (line.dry_weight + tension) + 4.0 * EPSILON * line.k * reach

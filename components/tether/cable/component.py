@@ -73,8 +73,11 @@ def respond(line, trial, x, w, h, y, k):
         give_cross(line, w, s.c_q, y, k + 4 * LAW)
     if line.anchors:
         seabed.recall(line, x, w)
-    if not try_on(trial, w, h):
+    part = try_on(trial, w, h)
+    if not part.converged:
         y[k - ACCOUNT] = 0.0
+        for measure in (k - MEASURES, k - MEASURES + 1):
+            y[measure] = max(y[measure], part.residual / part.allowed)
     give_laws(trial, w, s, y, k)
 
 

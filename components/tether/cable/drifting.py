@@ -4,7 +4,7 @@ from math import isfinite, sqrt
 
 from components.compiled import kernel
 from components.tether.cable import turning
-from components.tether.cable.balance import allowance, assemble, imbalance
+from components.tether.cable.balance import allowance, assemble, imbalance, tighten
 from components.tether.cable.dynamics import correct, scheme, step_length
 from components.tether.cable.flow import sample
 from components.tether.cable.line import ACC, SCRATCH, TC, A, Q, T, V, first_unknown, last_unknown
@@ -65,10 +65,11 @@ def step_from_rest(line, w, h):
         sample(line, w, line.t, False)
         assemble(line, w, s.c_m, s.c_c)
         residual = imbalance(line, w, first, last)
-        if residual <= allowance(line, w, ROUGH, s.c_c):
+        if residual <= allowance(line, w, ROUGH):
             return iteration, True
         if not isfinite(residual):
             break
+        tighten(line, w)
         turning.solve(line, w, first, last)
         correct(line, w, first, last, s.c_m, s.c_c, step_length(line, w, first, last))
     return ITERATIONS, False

@@ -1,15 +1,20 @@
 """Generalised-alpha steps of the line, and the Newton iteration inside them."""
 
-from math import isfinite
+from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
 from components.compiled import kernel
 from components.tether.cable import linear, seabed
-from components.tether.cable.balance import allowance, imbalance
-from components.tether.cable.line import ACC, DIR, KE, SCRATCH, TC, A, Q, R, T, V, first_unknown, last_unknown
+from components.tether.cable.balance import allowance, imbalance, tighten
+from components.tether.cable.line import ACC, ASKED, DIR, KE, SCRATCH, TC, A, Q, R, T, V, first_unknown, last_unknown
 from components.tether.cable.part import part
 from components.tether.cable.winch import assemble
 
+# Newton may go round between slack and taut, stick and slip, on the bed and off it: where the imbalance has been no
+# less than its least for so many steps, it takes half steps and whole ones in turn, so many of each.
+PATIENCE = 6
+# In so many steps it draws whole lengths of slack line taut at once, with a tension that is hardly one [N].
+DRAWS, BARELY = 4, 1e-290
 # A Newton step may turn or stretch a segment by this fraction of its length; a longer step is cut down to it.
 LONGEST_STEP = 0.5
 
@@ -165,9 +170,33 @@ def correct(line, w, first, last, c_m, c_c, fraction):
         if i > 0:
             e = b - SCRATCH
             along = w[e + DIR] * (dx - lx) + w[e + DIR + 1] * (dy - ly) + w[e + DIR + 2] * (dz - lz)
-            tension = w[e + T] + fraction * (w[e + TC] - w[e + T]) + w[e + KE] * along
+            asked = w[e + TC] - w[e + T] + (w[e + ASKED] if line.inextensible else 0.0)
+            tension = w[e + T] + fraction * asked + w[e + KE] * along
             w[e + T] = max(tension, 0.0) if line.tension_only else tension
         lx, ly, lz = dx, dy, dz
+
+
+@kernel
+def draw_taut(line, w):
+    """Take slack segments to be taut that one which is stretched now would draw taut on its way to its own length.
+
+    Else a Newton step draws but one segment more taut, and a line that is jerked takes as many as it has segments.
+    What is not taut after all comes out of the step with T <= 0.
+    """
+    for direction in (1, -1):
+        pull = 0.0
+        for k in range(line.n):
+            i = k if direction > 0 else line.n - 1 - k
+            b = i * SCRATCH
+            o = b + SCRATCH
+            if w[b + T] > BARELY or i == line.cut:
+                pull = 0.0
+                continue
+            x, y, z = w[o + Q] - w[b + Q], w[o + Q + 1] - w[b + Q + 1], w[o + Q + 2] - w[b + Q + 2]
+            stretch = sqrt(x * x + y * y + z * z) - part(line, i).l0
+            pull = max(pull, stretch) if stretch > 0.0 else max(pull + stretch, 0.0)
+            if pull > 0.0:
+                w[b + T] = BARELY
 
 
 class Balanced(NamedTuple):
@@ -186,15 +215,22 @@ def newton(line, s, w):
     Returns iterations, largest imbalance [N], what is to be put up with [N], and whether it is within that.
     """
     first, last = first_unknown(line), last_unknown(line)
-    allowed = allowance(line, w, line.tolerance, s.c_c)
-    iterations = 0
+    allowed = allowance(line, w, line.tolerance)
+    seabed.begin(line, w)
+    iterations, least, since = 0, inf, 0
     while True:
+        if line.tension_only and 0 < iterations <= DRAWS:
+            draw_taut(line, w)
         assemble(line, w, s.c_m, s.c_c)
         residual = imbalance(line, w, first, last)
         if residual <= allowed:
             return Balanced(iterations, residual, allowed, True)
         if iterations == line.max_iterations or not isfinite(residual):
             return Balanced(iterations, residual, allowed, False)
+        tighten(line, w)
         linear.solve(line, w, first, last)
-        correct(line, w, first, last, s.c_m, s.c_c, step_length(line, w, first, last))
+        since = 0 if residual < least else since + 1
+        least = min(least, residual)
+        fraction = step_length(line, w, first, last) * (0.5 if since // PATIENCE % 2 == 1 else 1.0)
+        correct(line, w, first, last, s.c_m, s.c_c, fraction)
         iterations += 1

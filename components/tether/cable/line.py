@@ -17,12 +17,14 @@ E = 22  # block to the next node, same order; after elimination D^-1 E, row by r
 TC = 31  # tension by the constitutive law at this iterate
 KE = 32  # dTC / d elongation
 DIR = 33  # unit tangent of the segment (3)
-SCRATCH = 36
+ASKED = 36  # of an inextensible segment: the tension that its stretch asks for on top of TC
+SCRATCH = 37
 
 # Behind the nodes' records, each only where its term is on: the water's velocity and acceleration at the nodes, with
-# the current of the port after the last; the points on the bed that hold the nodes; the rows of the banded matrix and
-# of the full one, which the static start in a current needs.
-WATER, ANCHOR, BAND, FULL = 6, 2, 27, 51
+# the current of the port after the last; the points on the bed that hold the nodes; the way in which each slides over
+# it in an iterate, and the force of its stick beyond friction; the rows of the banded matrix and of the full one, which
+# the static start in a current needs.
+WATER, ANCHOR, SLIDING, BAND, FULL = 6, 2, 3, 27, 51
 
 FREE, DRIVEN, BONDED = range(3)
 

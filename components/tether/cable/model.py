@@ -29,7 +29,7 @@ class Cable(Parameters):
         "N", "EA; none: inextensible, or on a bond as stiff as 1e7 times the line's weight", None, tunable=True, gt=0
     )
     damping_time: float = quantity(
-        "s", "tau of T = EA (e + tau de/dt): axial damping EA tau [N s], whatever the mesh", 0.0, tunable=True, ge=0
+        "s", "tau of T = EA (e + tau de/dt), whatever the mesh; without it impacts ring on", 0.0, tunable=True, ge=0
     )
     tension_only: bool | None = choice(
         "a chain or rope takes no compression, T = max(0, T); by default unless it has bending stiffness", None
@@ -136,7 +136,9 @@ class Cable(Parameters):
         return self
 
     # stepping, winch, break
-    accuracy: float = quantity("1", "position error that a sub-step may make, over the length", 1e-5, gt=0)
+    accuracy: float = quantity(
+        "1", "position error that a sub-step may make, over the length; a tension may err by EA times it", 1e-5, gt=0
+    )
     breaking_load: float = quantity("N", "tension at which the line breaks; 0: it never does", 0.0, tunable=True, ge=0)
     cut: int = quantity("1", "segment to cut now, the first at end a being 1; 0: none", 0, tunable=True, ge=0)
     winch: Winch = choice("the end at which a winch pays the line out and hauls it in", "none")

@@ -4,7 +4,7 @@ from math import sqrt
 
 from components.compiled import kernel
 from components.tether.cable import linear, seabed, turning
-from components.tether.cable.balance import allowance, assemble, imbalance
+from components.tether.cable.balance import allowance, assemble, imbalance, tighten
 from components.tether.cable.block_tridiagonal import backsolve, factor
 from components.tether.cable.drifting import go_with
 from components.tether.cable.dynamics import correct, step_length
@@ -27,6 +27,8 @@ GUESSED_STIFFNESS = 1e3
 LEAST_SHIFT, LARGEST_SHIFT = 1e-14, 1e-4
 # An iteration that no longer gains has come to rounding if the imbalance is below this fraction of weight and tension.
 ROUNDED = 1e-8
+# A segment shorter than this fraction of its length is squeezed to a point.
+SQUEEZED = 1e-3
 # Tension of a weightless free line: only its direction counts [N].
 NOTHING = 1e-30
 
@@ -142,16 +144,17 @@ def settle(line, w):
         assemble(line, w, shift * unit, 0.0)
         residual = imbalance(line, w, first, last)
         stalled = least >= 0.0 and residual >= 0.5 * least
-        if residual == 0.0 or (residual <= allowance(line, w, ROUNDED, 0.0) and stalled):
+        if residual == 0.0 or (residual <= allowance(line, w, ROUNDED) and stalled):
             return residual, True
         least = residual if least < 0.0 else min(least, residual)
+        tighten(line, w)
         if line.full:
             turning.solve(line, w, first, last)
         else:
             linear.solve(line, w, first, last)
         correct(line, w, first, last, 0.0, 0.0, step_length(line, w, first, last))
-        shift = min(max(residual / allowance(line, w, 1.0, 0.0) * LARGEST_SHIFT, LEAST_SHIFT), LARGEST_SHIFT)
-    return residual, residual <= allowance(line, w, ROUNDED, 0.0)
+        shift = min(max(residual / allowance(line, w, 1.0) * LARGEST_SHIFT, LEAST_SHIFT), LARGEST_SHIFT)
+    return residual, residual <= allowance(line, w, ROUNDED)
 
 
 @kernel
@@ -186,6 +189,22 @@ def straighten(line, w):
 
 
 @kernel
+def open_folds(line, w):
+    """Lay level what the first guess squeezes to a point, the middle of a line with both ends in one place.
+
+    In a line that takes compression it would stay there: a point has no direction in which to push.
+    """
+    for i in range(1, line.n - 1):
+        b, l0 = i * SCRATCH, part(line, i).l0
+        o = b + SCRATCH
+        x, y, z = w[o + Q] - w[b + Q], w[o + Q + 1] - w[b + Q + 1], w[o + Q + 2] - w[b + Q + 2]
+        if sqrt(x * x + y * y + z * z) < SQUEEZED * l0:
+            w[b + Q] -= 0.5 * l0
+            w[o + Q] += 0.5 * l0
+            w[b + T] = 0.0
+
+
+@kernel
 def equilibrium(line, w):
     """Bring all nodes to rest in static equilibrium with the current; the held ends' positions are in w.
 
@@ -214,6 +233,8 @@ def equilibrium(line, w):
         size = sqrt(qx * qx + qy * qy)
         north, east = (qx / size, qy / size) if size > 0.0 else (1.0, 0.0)
         lay_on_bed(line, w, abs(hung(line, line.n)), north, east)
+    if not line.tension_only:
+        open_folds(line, w)
     if speed > 0.0:
         go_with(line, w, speed)
     residual, settled = settle(line, w)

@@ -285,12 +285,9 @@ def remember(line, account, x):
 
 @kernel
 def try_on(line, w, h):
-    """From the accepted nodes in w, step h [s] further with the ends' accelerations held; w becomes the trial.
-
-    Returns whether the trial is within tolerance.
-    """
+    """From the accepted nodes in w, step h [s] further with the ends' accelerations held; w becomes the trial."""
     s = scheme(0.0, h)
     predict(s, w, line.n, False)
     if line.water:
         flow.sample(line, w, line.t + h, True)
-    return newton(line, s, w).converged
+    return newton(line, s, w)

@@ -21,6 +21,7 @@ from components.tether.cable.line import (
     RATE,
     SCALE,
     SCRATCH,
+    SLIDING,
     STATE,
     WATER,
     Line,
@@ -72,7 +73,7 @@ def places(cable: Cable) -> Places:
     memory = STATE * nodes + (SCALE if cable.winch == "none" else RATE + 1)
     return Places(
         water=put(has_water, WATER * nodes + 3),
-        anchors=put(has_anchors, 2 * ANCHOR * nodes),
+        anchors=put(has_anchors, (2 * ANCHOR + SLIDING) * nodes),
         band=put(has_band, BAND * nodes),
         full=put(has_water, FULL * nodes),
         memory=memory if has_anchors else 0,
