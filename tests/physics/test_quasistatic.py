@@ -264,11 +264,9 @@ def test_folded_line_says_how_wrong_it_is(b, ea):
     assert np.abs(y["tension"] - exact["tension"]).max() <= y["tension_error"]
 
 
-def test_fuzz_finds_a_balance_from_any_start_or_says_that_it_did_not():
-    # Random ends, weights, stiffnesses and currents over their magnitudes. Of 2000 such lines 13 are not solved, all
-    # slack and folded by a current that turns with depth; they must say so, and with an error of their length.
+def test_fuzz_finds_a_balance_from_any_start():
+    # Random ends, weights, stiffnesses and currents over their magnitudes; see test_quasistatic_hard.py for more.
     random = np.random.default_rng(11)
-    unsolved = 0
     for _ in range(300):
         length = 10.0 ** random.uniform(0, 3)
         direction = random.normal(size=3)
@@ -289,9 +287,8 @@ def test_fuzz_finds_a_balance_from_any_start_or_says_that_it_did_not():
         ends = [*motion((0, 0, 0)), *b]
         status, y = outputs(COMPONENT, COMPONENT.parameters(**{**TETHER, **given}), ends, step)
         assert status == 0
-        unsolved += int(y["converged"] == 0.0)
-        assert y["residual"] <= 1e-9 if y["converged"] else y["error"] >= length
-    assert unsolved <= 6
+        assert y["converged"] == 1.0
+        assert y["residual"] <= 1e-9
 
 
 def test_nothing_that_loads_a_slack_line_is_refused():

@@ -71,6 +71,7 @@ COMPONENT = Component(
     sizes=model.sizes,
     init=init,
     step=step,
+    terms=model.terms,
     assumptions=(
         "Markers stay at their points of a uniform line with equal segments, and weigh nothing; noise is white and "
         "isotropic, the same for all; markers are lost independently of each other and of the motion, never swapped."

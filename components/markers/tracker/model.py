@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from components.contract import Parameters, Port, Sizes, choice, quantity
+from components.contract import Parameters, Port, Sizes, Term, choice, quantity
 
 ROUNDING = 1e-9  # of the length: eleven spacings of 0.245 m may reach 2.695 m by a rounding, and no further
 
@@ -54,3 +54,12 @@ def outputs(tracker: Tracker) -> tuple[Port, ...]:
 def sizes(tracker: Tracker) -> Sizes:
     """How many frames were taken, and which markers are lost."""
     return Sizes(state=1 + tracker.markers)
+
+
+def terms(tracker: Tracker) -> tuple[Term, ...]:
+    """What of the model is on."""
+    lost = f"lost for {tracker.lost_time:g} s after {tracker.visible_time:g} s in the mean" if tracker.lost_time else ""
+    return (
+        Term("noise", tracker.noise > 0.0, f"noise {tracker.noise:g} m"),
+        Term("loss of markers", tracker.lost_time > 0.0, lost or "lost_time is 0"),
+    )

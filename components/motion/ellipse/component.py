@@ -23,5 +23,6 @@ COMPONENT = Component(
     outputs=model.outputs,
     init=step,
     step=step,
+    terms=model.terms,
     assumptions="The line does not move the point.",
 )

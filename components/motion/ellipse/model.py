@@ -1,6 +1,6 @@
 """A point going round an ellipse, a circle or to and fro on a line: its parameters and port."""
 
-from components.contract import Parameters, Port, motion_ports, quantity
+from components.contract import Parameters, Port, Term, motion_ports, quantity
 
 
 class Ellipse(Parameters):
@@ -19,3 +19,14 @@ class Ellipse(Parameters):
 def outputs(_: Ellipse) -> tuple[Port, ...]:
     """The point's motion."""
     return motion_ports("motion")
+
+
+def terms(ellipse: Ellipse) -> tuple[Term, ...]:
+    """What of the model is on."""
+    moves = ellipse.frequency > 0.0
+    still = "" if moves else ", frequency is 0 Hz"
+    c, s = (", ".join(f"{number:g}" for number in axis) for axis in (ellipse.cosine, ellipse.sine))
+    return (
+        Term("with the cosine", any(ellipse.cosine), f"cosine ({c}) m{still}"),
+        Term("with the sine", moves and any(ellipse.sine), f"sine ({s}) m{still}"),
+    )

@@ -72,5 +72,6 @@ COMPONENT = Component(
     sizes=model.sizes,
     init=step,
     step=step,
-    assumptions="The line does not move the hand.",
+    terms=model.terms,
+    assumptions="The line does not move the hand; a stick in water is not moved faster than about 1 m/s for long.",
 )

@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import model_validator
 from scipy.interpolate import make_interp_spline
 
-from components.contract import Parameters, Port, Sizes, choice, motion_ports, quantity
+from components.contract import Parameters, Port, Sizes, Term, choice, motion_ports, quantity
 from components.motion.hand.moves import segment
 from components.motion.hand.spline import CONTROLS
 
@@ -116,3 +116,14 @@ def outputs(_: Hand) -> tuple[Port, ...]:
 def sizes(_: Hand) -> Sizes:
     """No state; the control points around the time, by axis, are scratch."""
     return Sizes(workspace=3 * CONTROLS)
+
+
+def terms(hand: Hand) -> tuple[Term, ...]:
+    """What of the model is on."""
+    rows = 0 if hand.table is None else len(hand.table)
+    wobbles = hand.tremor > 0.0 and not rows
+    return (
+        Term("programme of moves", not rows, f"{len(hand.moves)} moves"),
+        Term("unsteadiness", wobbles, "a table is followed as it is" if rows else f"tremor {hand.tremor:g} m"),
+        Term("table", rows > 0, f"{rows} rows" if rows else "no table"),
+    )

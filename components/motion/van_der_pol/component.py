@@ -32,5 +32,6 @@ COMPONENT = Component(
     sizes=model.sizes,
     init=init,
     step=step,
+    terms=model.terms,
     assumptions="The neighbour is held over a step.",
 )

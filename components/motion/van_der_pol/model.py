@@ -1,6 +1,6 @@
 """Van der Pol oscillators coupled in a ring: the smallest component that is worth timing."""
 
-from components.contract import Parameters, Port, Sizes, quantity
+from components.contract import Parameters, Port, Sizes, Term, quantity
 
 
 class VanDerPol(Parameters):
@@ -25,3 +25,11 @@ def outputs(_: VanDerPol) -> tuple[Port, ...]:
 def sizes(_: VanDerPol) -> Sizes:
     """Two states."""
     return Sizes(state=2)
+
+
+def terms(oscillator: VanDerPol) -> tuple[Term, ...]:
+    """What of the model is on."""
+    return (
+        Term("nonlinear damping", oscillator.mu > 0.0, f"mu {oscillator.mu:g}"),
+        Term("coupling", oscillator.coupling != 0.0, f"coupling {oscillator.coupling:g}"),
+    )

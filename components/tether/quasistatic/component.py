@@ -20,7 +20,7 @@ from components.tether.quasistatic.line import (
     SEGMENTS,
 )
 from components.tether.quasistatic.mesh import results, solve_both
-from components.tether.quasistatic.status import NEUTRAL_SLACK, TEXT
+from components.tether.quasistatic.status import NEUTRAL_SLACK, TEXT, TOO_SOFT
 from components.tether.quasistatic.validity import Range, assess, half_depth
 
 # The outputs after the nodes (n, 3) and their tensions (n,).
@@ -92,6 +92,8 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     scale, iterations, residual, solved, smooth = solve_both(p, u, w, n, dx, dy, dz)
     if scale == 0.0:
         return NEUTRAL_SLACK
+    if not solved and scale * p[FLEXIBILITY] > 1.0:
+        return TOO_SOFT
     shift, slip = write_shape(u, w, y, n, p[FREE] > 0.0, smooth)
     if not smooth:  # a fold moves by up to a fine segment between the meshes' nodes
         shift, slip = shift + 0.5 * p[LENGTH] / n, slip + 0.5 * scale / n
@@ -118,5 +120,6 @@ COMPONENT = Component(
     validity="validity.range",
     assumptions="Uniform elastic line without bending stiffness or seabed, in balance at every instant under its "
     "weight and quadratic drag per unstretched length, moving with its ends; inertia small beside drag and weight. "
+    "Of several equilibria it is one that the loads lead to from those of a line across the flow. "
     "Valid where all of `validity` is below 1.",
 )

@@ -3,6 +3,7 @@
 from math import sqrt
 
 from components.compiled import kernel
+from components.tether.quasistatic.arc import arc_size
 from components.tether.quasistatic.continuation import SOLVED, from_afar
 from components.tether.quasistatic.line import FORCES, KEPT, RECORD, SMALL, N, R, line_of
 from components.tether.quasistatic.loads import node_load, size_of, write_first_loads
@@ -75,6 +76,12 @@ def results(n):
 @kernel
 def workspace(n):
     """Length of w."""
+    return arc_place(n) + arc_size(2 * n)
+
+
+@kernel
+def arc_place(n):
+    """Where the continuation's vectors begin in w."""
     return (2 * n + 1) * RECORD + SMALL + 2 * (KEPT * (n + 1) + FORCES)
 
 
@@ -104,21 +111,22 @@ def solve_both(p, u, w, n, dx, dy, dz):
     coarse, fine = results(n)
     if line.scale == 0.0:
         return 0.0, 0, 0.0, False, False
-    first, residual, solved = from_afar(line, p, u, w, dx, dy, dz)
-    keep(line, p, u, w, 1, coarse)
+    total, residual, solved, smooth = 0, 0.0, False, False
+    for mesh in range(2):
+        if mesh == 1:
+            smooth = resolved(line, w)
+            halve(n, w)
+            line = line_of(p, 2 * n, line.slack, line.scale)
+            iterations, residual, solved = newton(line, p, u, w, 1.0, SOLVED)
+            total += iterations
+        if not solved:
+            iterations, residual, solved = from_afar(line, p, u, w, arc_place(n), dx, dy, dz)
+            total += iterations
+        if mesh == 0 or solved:
+            keep(line, p, u, w, mesh + 1, fine if mesh == 1 else coarse)
+        if not solved:
+            break
     if not solved:
-        keep(line, p, u, w, 1, fine)
-        return line.scale, first, residual, False, False
-    smooth = resolved(line, w)
-    halve(n, w)
-    line = line_of(p, 2 * n, line.slack, line.scale)
-    second, residual, solved = newton(line, p, u, w, 1.0, SOLVED)
-    if not solved:
-        more, residual, solved = from_afar(line, p, u, w, dx, dy, dz)
-        second += more
-    if solved:
-        keep(line, p, u, w, 2, fine)
-    else:
         for k in range(fine - coarse):
             w[fine + k] = w[coarse + k]
-    return line.scale, first + second, residual, solved, smooth
+    return line.scale, total, residual, solved, smooth and solved

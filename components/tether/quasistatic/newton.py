@@ -9,7 +9,7 @@ from math import isfinite
 
 from components.compiled import kernel
 from components.tether.quasistatic.flow import flow
-from components.tether.quasistatic.line import DN, DR, F0, OM, PI, RECORD, N, P, R, W
+from components.tether.quasistatic.line import DN, DR, F0, OM, PI, RECORD, SAVED, N, P, R, W
 from components.tether.quasistatic.loads import add_body_slopes, free_load, node_load, size_of, write_half_slopes
 from components.tether.quasistatic.small import apply, multiply, solve
 
@@ -166,3 +166,21 @@ def newton(line, p, u, w, share, allowed):
             return iteration + 1, residual, residual <= ROUNDED
         residual = trial
     return ITERATIONS, residual, residual <= ROUNDED
+
+
+@kernel
+def save(line, w):
+    """Keep places and forces."""
+    for i in range(line.n + 1):
+        b = i * RECORD
+        for k in range(3):
+            w[b + SAVED + k], w[b + SAVED + 3 + k] = w[b + R + k], w[b + N + k]
+
+
+@kernel
+def restore(line, w):
+    """Go back to the places and forces kept."""
+    for i in range(line.n + 1):
+        b = i * RECORD
+        for k in range(3):
+            w[b + R + k], w[b + N + k] = w[b + SAVED + k], w[b + SAVED + 3 + k]

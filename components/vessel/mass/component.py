@@ -87,6 +87,7 @@ COMPONENT = Component(
     sizes=model.sizes,
     init=init,
     step=step,
+    terms=model.terms,
     bodies={"hook": BodyEnd(motion="hook", law="line", switch="takes_law", accelerance="accelerance")},
     assumptions="No rotation; linear springs and dampers; the hook is the centre of mass.",
 )

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from components.contract import Parameters, Port, Sizes, choice, law_ports, motion_ports, quantity
+from components.contract import Parameters, Port, Sizes, Term, choice, law_ports, motion_ports, quantity
 
 NotNegative = Annotated[float, Field(ge=0)]
 Vector = tuple[float, float, float]
@@ -53,3 +53,18 @@ def outputs(mass: Mass) -> tuple[Port, ...]:
 def sizes(_: Mass) -> Sizes:
     """Position, velocity, true and algorithmic acceleration; one 3x3 system as scratch."""
     return Sizes(state=12, workspace=9)
+
+
+def terms(mass: Mass) -> tuple[Term, ...]:
+    """What of the model is on."""
+    return (
+        Term("springs", any(mass.stiffness), f"stiffness {_listed(mass.stiffness)} N/m"),
+        Term("dampers", any(mass.damping), f"damping {_listed(mass.damping)} N s/m"),
+        Term("constant force", any(mass.weight), f"weight {_listed(mass.weight)} N"),
+        Term("force from outside", mass.takes_force, f"takes_force is {str(mass.takes_force).lower()}"),
+        Term("bonded line", mass.takes_law, "the hook is tied by a bond" if mass.takes_law else "no bond"),
+    )
+
+
+def _listed(vector: Vector) -> str:
+    return "(" + ", ".join(f"{number:g}" for number in vector) + ")"

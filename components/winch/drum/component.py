@@ -33,5 +33,6 @@ COMPONENT = Component(
     sizes=model.sizes,
     init=init,
     step=step,
+    terms=model.terms,
     assumptions="One layer of line; the motor's own time constant is short against the period.",
 )

@@ -1,6 +1,6 @@
 """A winch drum: speed command, limits of speed, acceleration and pull, and the line that it holds."""
 
-from components.contract import Parameters, Port, Sizes, choice, quantity
+from components.contract import Parameters, Port, Sizes, Term, choice, quantity
 
 
 class Drum(Parameters):
@@ -36,3 +36,11 @@ def outputs(_: Drum) -> tuple[Port, ...]:
 def sizes(_: Drum) -> Sizes:
     """Rate and stored line."""
     return Sizes(state=2)
+
+
+def terms(drum: Drum) -> tuple[Term, ...]:
+    """What of the model is on."""
+    return (
+        Term("constant speed", drum.speed != 0.0, f"speed {drum.speed:g} m/s"),
+        Term("command from outside", drum.commanded, f"commanded is {str(drum.commanded).lower()}"),
+    )
