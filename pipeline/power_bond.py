@@ -4,9 +4,8 @@ A bond's law is F(a) = force - mass (a - acceleration), 15 numbers; see the cont
 """
 
 import numpy as np
-from numba import njit
 
-from components.compiled import OPTIONS
+from components.compiled import kernel
 from pipeline.loop_tables import (
     ACCELERANCE,
     ACCEPTED,
@@ -28,7 +27,7 @@ from pipeline.loop_tables import (
 )
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def law_force(k, b, axis):
     """Force [N] along an axis that bond b's law gives at the body's present acceleration."""
     law, a = k.bonds[b, BODY_LAW], k.bonds[b, MOTION] + 6
@@ -38,7 +37,7 @@ def law_force(k, b, axis):
     return force
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def mismatch(k, b):
     """Norm [N] of the line's accepted force minus what the body reckoned with."""
     square = 0.0
@@ -48,7 +47,7 @@ def mismatch(k, b):
     return np.sqrt(square)
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def solve(m):
     """Gauss-Jordan with partial pivoting on m (3, 7): its last four columns become solutions for its first three."""
     for j in range(3):
@@ -68,7 +67,7 @@ def solve(m):
                     m[i, c] -= factor * m[j, c]
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def let_yield(k, b):
     """Let bond b's law in k.laws, which has the line's other end held, yield with the body there.
 
@@ -99,7 +98,7 @@ def let_yield(k, b):
     law[9], law[12], law[13] = law[7], law[8], law[11]
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def relinearise(k, first, end):
     """Make the next round's laws: about the motion that the lines accepted last."""
     for b in range(first, end):
@@ -109,7 +108,7 @@ def relinearise(k, first, end):
             let_yield(k, b)
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def keep_laws(k, first, end):
     """Note the laws of the round just made as the best so far."""
     for b in range(first, end):
@@ -117,7 +116,7 @@ def keep_laws(k, first, end):
             k.best_laws[b, c] = k.inputs[k.bonds[b, BODY_LAW] + c]
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def recall_laws(k, first, end):
     """Make the best round's laws the next round's."""
     for b in range(first, end):
@@ -125,7 +124,7 @@ def recall_laws(k, first, end):
             k.laws[b, c] = k.best_laws[b, c]
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def give_laws(k, i, first, end):
     """Give body i the laws made for this round in place of those it has wired."""
     for b in range(first, end):
@@ -134,7 +133,7 @@ def give_laws(k, i, first, end):
                 k.inputs[k.bonds[b, BODY_LAW] + c] = k.laws[b, c]
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def account(k, b, t_ns, rounds, worst):
     """Sum up bond b's energies and capture its row."""
     e = k.bond_energy[b]
@@ -160,7 +159,7 @@ def account(k, b, t_ns, rounds, worst):
     k.filled[row] = at + 1 + BOND_ROW
 
 
-@njit(inline="always", **OPTIONS)
+@kernel
 def judge(k, first, end, rounds):
     """Largest excess [N] of a mismatch over its tolerance, and whether a bond with one may have another round."""
     worst, again = -np.inf, False

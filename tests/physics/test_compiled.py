@@ -111,3 +111,18 @@ def test_sources_of_a_shared_folder_are_this_users(tmp_path, monkeypatch):
     folder = compiled.cache_folder.__wrapped__()
     assert folder.is_relative_to(tmp_path / "own")
     assert Path(folder).stat().st_mode & 0o077 == 0
+
+
+def test_kernel_is_compiled_once_whatever_constants_it_is_called_with():
+    from components.compiled import kernel
+
+    @kernel
+    def shifted(a, places, down):
+        return a - places if down else a + places
+
+    @kernel
+    def both(a):
+        return shifted(a, 1, True) * shifted(a, 2, False) * shifted(a, int(a), a > 0.0)
+
+    assert both(5.0) == both.py_func(5.0)
+    assert len(shifted._part.signatures) == 1
