@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import zenoh
 
-from pipeline.bus.configuration import close_session, configuration, open_session
+from pipeline.bus.configuration import close_session
 from pipeline.bus.identity import Identity
 from pipeline.bus.zenoh import APPEARED, VANISHED, ConductorBus, HostBus
 from pipeline.hosts.launch import source_path
@@ -120,12 +120,3 @@ def test_a_host_that_is_killed_vanishes_at_once(bus):
     finally:
         child.kill()
         child.wait()
-
-
-def test_sessions_share_one_thread_unless_told(monkeypatch):
-    monkeypatch.delenv("ZENOH_RUNTIME", raising=False)
-    close_session(open_session(configuration([], [])))
-    assert "worker_threads: 1" in os.environ["ZENOH_RUNTIME"]
-    monkeypatch.setenv("ZENOH_RUNTIME", "(rx: (worker_threads: 2))")
-    close_session(open_session(configuration([], [])))
-    assert os.environ["ZENOH_RUNTIME"] == "(rx: (worker_threads: 2))"
