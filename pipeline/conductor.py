@@ -14,7 +14,6 @@ from pipeline.digest import block_ticks
 from pipeline.errors import StepError
 from pipeline.events import EventClock, Firing
 from pipeline.graph import Graph
-from pipeline.hosts.python import RAISED
 from pipeline.loop_tables import NON_FINITE, RESIDUAL, STATUS, THROUGHPUT, TICK, UNCONVERGED
 from pipeline.memory import lay_out
 from pipeline.snapshot import Snapshot
@@ -149,7 +148,7 @@ class Conductor:
         status, failed = (int(n) for n in self._tables.clock[STATUS:])
         if status == 0:
             return
-        host = self.memory.python.get(failed)
+        host = self.memory.hosts.get(failed)
         if host is not None and isinstance(host.error, KeyboardInterrupt):
             raise host.error
         node = self.graph.nodes[failed]
@@ -162,14 +161,14 @@ class Conductor:
         values = self._tables.board[self.memory.spans["y"][failed]]
         if status == NON_FINITE and not np.isfinite(values).all():
             return f"its output {_first_non_finite(node.outputs, values)} is not finite"
-        if status == RAISED and (raised := self._raised(failed)):
-            return f"its Python code raised {raised}"
+        if told := self._told(failed, status):
+            return told
         return node.component.status_text.get(status, f"status {status}, which it does not explain")
 
-    def _raised(self, failed: int) -> str:
-        """What a component's Python code raised; "" if nothing."""
-        host = self.memory.python.get(failed)
-        return host.raised() if host is not None else ""
+    def _told(self, failed: int, status: int) -> str:
+        """Why a component stopped the run, as its host tells; "" where it does not."""
+        host = self.memory.hosts.get(failed)
+        return host.reason(status) if host is not None else ""
 
     def _inputs(self, failed: int) -> str:
         """The inputs it had, shortened."""

@@ -244,7 +244,7 @@ class Distributed(Conductor):
             raise self._error
         super()._raise_if_stopped(t_ns)
 
-    def _raised(self, failed: int) -> str:
+    def _told(self, failed: int, status: int) -> str:
         return self._said
 
 

@@ -119,26 +119,9 @@ class _Alone(Conductor):
 
     def _step(self, u: np.ndarray, y: np.ndarray, first: int, end: int) -> None:
         """Steps first..end-1. Raises StepError."""
-        states = self._tables.states.copy()
-        failed = self._step_through(u, y, first, end)
-        if failed < end:
-            self._tables.states[:] = states
-            self._step_through(u, y, first, failed)
-            self._raise_failure(u[failed], self.graph.start_ns + failed * self._step_ns)
-
-    @property
-    def _step_ns(self) -> int:
-        return self.graph.nodes[0].period * self.graph.base_ns
-
-    def _step_through(self, u: np.ndarray, y: np.ndarray, first: int, end: int) -> int:
-        return loop.step_through(self._tables, u, y, first, end, self.graph.start_ns, self._step_ns)
-
-    def _raise_failure(self, u: np.ndarray, t_ns: int) -> None:
-        """Make the step that failed once more, by the function of the loop that tells the status."""
-        self._tables.inputs[: len(u)] = u
-        steps = np.array([self.memory.entries[0].step], np.int64)
-        loop.initialise(self._tables, steps, 1, t_ns)
-        self._raise_if_stopped(t_ns)
+        step_ns = self.graph.nodes[0].period * self.graph.base_ns
+        failed = loop.step_through(self._tables, u, y, first, end, self.graph.start_ns, step_ns)
+        self._raise_if_stopped(self.graph.start_ns + failed * step_ns)
 
 
 def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -> dict[str, float | None]:

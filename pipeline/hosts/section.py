@@ -95,8 +95,8 @@ class SectionRunner:
             parts.append(self._inputs.tobytes())
         return b"".join(parts)
 
-    def raised(self) -> str:
-        """What the Python code of the component that stopped the run raised; "" where it did not."""
-        stopped = self.stopped
-        host = self._memory.python.get(stopped[1]) if stopped else None
-        return host.raised() if host is not None else ""
+    def reason(self) -> str:
+        """Why the component that stopped the run did so, as its host tells; "" where it does not."""
+        status, node = self.stopped or (0, -1)
+        host = self._memory.hosts.get(node)
+        return host.reason(status) if host is not None else ""

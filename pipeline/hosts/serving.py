@@ -143,7 +143,7 @@ class Serving:
         stopped = runner.stopped
         wants_state = bool(message.flags & WANT_STATE)
         flags = (STATE if wants_state else 0) | (STOPPED if stopped else 0)
-        status, failed, text = (*stopped, runner.raised().encode()) if stopped else (0, -1, b"")
+        status, failed, text = (*stopped, runner.reason().encode()) if stopped else (0, -1, b"")
         numbers = runner.reply(state=wants_state, inputs=stopped is not None)
         place = message.section, message.sequence, message.t_ns
         return pack(
