@@ -18,7 +18,7 @@ from pipeline.kernels import refusal
 from pipeline.loop_tables import BOND_ROW, BOND_STATE, LAW, Tables
 
 if TYPE_CHECKING:
-    from pipeline.hosts.fmu.slave import FmuHost
+    from pipeline.hosts.fmu.base import FmuHost
 
 CAPTURE_BYTES = 8 << 20  # captured rows held between two hand-overs to the recorder
 CAPTURE_TICKS = 1 << 16
@@ -122,7 +122,9 @@ def _vectors(graph: Graph) -> tuple[list[np.ndarray], dict[str, list[slice]]]:
 
 def _entry(node: Node, vectors: list[np.ndarray], start_ns: int) -> compiled.EntryPoints | PythonHost | FmuHost:
     if isinstance(node.component, FmuComponent):
-        from pipeline.hosts.fmu.host import host_of  # and its compiled step, which a scenario without FMUs does not need
+        from pipeline.hosts.fmu.host import (
+            host_of,
+        )  # and its compiled step, which a scenario without FMUs does not need
 
         return host_of(node, vectors, start_ns)
     if node.component.compiled:

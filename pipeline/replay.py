@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from pipeline.errors import LogError
 from pipeline.graph import Graph, Node, Term, alone
 from pipeline.log.reader import Log
 from pipeline.loop_tables import LAW
+
+if TYPE_CHECKING:
+    from pipeline.hosts.fmu.base import FmuHost
 
 
 @dataclass(frozen=True)
@@ -122,6 +126,22 @@ class _Alone(Conductor):
         step_ns = self.graph.nodes[0].period * self.graph.base_ns
         failed = loop.step_through(self._tables, u, y, first, end, self.graph.start_ns, step_ns)
         self._raise_if_stopped(self.graph.start_ns + failed * step_ns)
+
+
+def led_to(log: Log, graph: Graph, i: int, tick: int) -> FmuHost:
+    """A host of node i, an FMU that cannot save its state, fed all its inputs from the log up to a tick.
+
+    Raises LogError where they were not all recorded, StepError if a step fails.
+    """
+    node = graph.nodes[i]
+    ticks, u = _inputs(log, graph, i)
+    k = int(np.searchsorted(ticks, tick, side="right"))
+    last = tick // node.period * node.period
+    if k == 0 or ticks[k - 1] < last:
+        raise LogError(f"{log.path}: it does not hold all inputs of {node.name}, which cannot save its state")
+    single = _Alone(alone(graph, node))
+    single.compute(u[:k], ticks[:k])
+    return single.memory.fmus[0]
 
 
 def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -> dict[str, float | None]:

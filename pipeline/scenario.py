@@ -134,7 +134,9 @@ class _Reading:
         """The model or FMU that an entry names, and its full name; None where it names none, which is reported."""
         named = [key for key in ("model", "fmu") if key in tree.entries]
         if len(named) != 1:
-            text = "the key 'model' is missing; expected a model such as motion.hand or ./my_component.py, or fmu: a file"
+            text = (
+                "the key 'model' is missing; expected a model such as motion.hand or ./my_component.py, or fmu: a file"
+            )
             if named:
                 text = "both a model and an FMU; keep one of them"
             self._problems.append(Problem(tree.place, path, text))

@@ -167,7 +167,9 @@ class Scenario:
 def _resolved(instance: Instance) -> dict[str, Any]:
     is_fmu = isinstance(instance.component, FmuComponent)
     entry: dict[str, Any] = {"fmu" if is_fmu else "model": instance.model}
-    entry |= {key: plain(instance.tree.entries[key]) for key in ("interface", "isolate") if key in instance.tree.entries}
+    entry |= {
+        key: plain(instance.tree.entries[key]) for key in ("interface", "isolate") if key in instance.tree.entries
+    }
     if instance.period_ns:
         entry["period"] = f"{instance.period_ns} ns"
     if instance.overdue_ns:

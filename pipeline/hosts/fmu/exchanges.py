@@ -73,16 +73,16 @@ class Exchange:
 class Table:
     """The words that the compiled step reads, and the memory that they point to. inputs come first."""
 
-    def __init__(
-        self, inputs: Sequence[tuple[Variable, Port]], outputs: Sequence[tuple[Variable, Port]], *, has_events: bool
-    ):
-        """inputs, outputs: in the order of u and y."""
-        self.sets, self.gets = _exchanges(inputs, split=has_events), _exchanges(outputs, split=False)
+    def __init__(self, inputs: Sequence[tuple[Variable, Port]], outputs: Sequence[tuple[Variable, Port]], *, when: str):
+        """inputs, outputs: in the order of u and y. when: which inputs are set in event mode only, "discrete", "all" or
+        "none".
+        """
+        self.sets, self.gets = _exchanges(inputs, when), _exchanges(outputs, "none")
         self.exchanges = [*self.sets, *self.gets]
         self.words = np.zeros(HEAD + COLUMNS * len(self.exchanges), np.int64)
         self.flags, self.last = np.zeros(3, np.uint8), np.zeros(1)
         self.tuned = np.empty(0)
-        self.words[HAS_EVENTS] = int(has_events)
+        self.words[HAS_EVENTS] = int(when != "none")
         self.words[[N_SET, N_GET]] = len(self.sets), len(self.gets)
         self.words[[FLAGS, LAST]] = self.flags.ctypes.data, self.last.ctypes.data
         for j, one in enumerate(self.exchanges):
@@ -107,18 +107,25 @@ class Table:
         self.tuned = np.array(values, np.float64)
         self.words[[N_TUNABLE, TUNED]] = len(self.tuned), self.tuned.ctypes.data
 
+    def noted(self, n_u: int) -> np.ndarray:
+        """The inputs noted last, NaN where there are none: (n_u,)."""
+        u = np.full(n_u, np.nan)
+        for one in self.sets:
+            u[one.places] = one.arrays[BEFORE]
+        return u
+
     def note_inputs(self, u: np.ndarray) -> None:
         """Note the inputs that the FMU has now, for those that are set in event mode."""
         for one in self.sets:
             one.arrays[BEFORE][:] = u[one.places]
 
 
-def _exchanges(ports: Sequence[tuple[Variable, Port]], *, split: bool) -> list[Exchange]:
-    """Calls, one a type; with `split` those that change at events only are apart."""
+def _exchanges(ports: Sequence[tuple[Variable, Port]], when: str) -> list[Exchange]:
+    """Calls, one a type; those of variables that are set in event mode only are apart."""
     groups: dict[tuple[str, bool], list[tuple[Variable, Port, int]]] = {}
     at = 0
     for one, port in ports:
-        is_discrete = split and (one.is_discrete or not one.kind.is_real)
+        is_discrete = when == "all" or (when == "discrete" and (one.is_discrete or not one.kind.is_real))
         if port.size:
             groups.setdefault((one.kind.functions, is_discrete), []).append((one, port, at))
         at += port.size

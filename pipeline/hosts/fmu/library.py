@@ -196,6 +196,29 @@ class Library:
                 return
         raise FmuError(f"{self.description.path.name} does not come to rest at an event, after {CALLS} updates")
 
+    @property
+    def model(self) -> Any:
+        """fmpy's model, for its solver."""
+        return self._fmu
+
+    @property
+    def states(self) -> int:
+        """How many continuous states a model exchange FMU has."""
+        return self.description.states if self.fmi == 2 else self._do(self._fmu.getNumberOfContinuousStates)
+
+    def set_time(self, t_s: float) -> None:
+        """Tell a model exchange FMU the time."""
+        self._do(self._fmu.setTime, t_s)
+
+    def completed_step(self) -> bool:
+        """Tell it that the solver has made a step; whether it wants an event."""
+        if not self.interface.needs_completed_steps:
+            return False
+        wants_event, terminates = self._do(self._fmu.completedIntegratorStep)
+        if terminates:
+            raise FmuError(f"{self.description.path.name} ends the simulation{self.last_words()}")
+        return wants_event
+
     def last_successful_time(self) -> float:
         """Where a step that was discarded ended; FMI 1 and 2."""
         found = ctypes.c_double()
