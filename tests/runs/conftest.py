@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from foreign import ForeignFmus
 from scipy.optimize import brentq
 
 from pipeline.cli import main
@@ -88,3 +89,9 @@ def fmu_of(tmp_path_factory) -> Callable[..., Path]:
         return made[key]
 
     return fmu
+
+
+@pytest.fixture(scope="session")
+def foreign(tmp_path_factory) -> ForeignFmus:
+    """Builds the FMUs of tests/fmus."""
+    return ForeignFmus(tmp_path_factory.mktemp("foreign"))
