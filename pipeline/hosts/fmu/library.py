@@ -146,6 +146,15 @@ class Library:
         except CallError as error:
             raise self.failure(f"fmi{self.fmi}Set{one.kind.functions}", error.status, f"'{one.title}'") from error
 
+    def can_get(self, one: Variable) -> bool:
+        """Whether a variable's values can be had, which the standard allows after an error too."""
+        number = {"nValues": one.size} if self.fmi == 3 else {}
+        try:
+            self._do(getattr(self._fmu, f"get{one.kind.functions}"), list(one.references), **number)
+        except FmuError:
+            return False
+        return True
+
     def configure(self, structural: Sequence[tuple[Variable, Sequence[Any]]]) -> None:
         """Set structural parameters, which decide the lengths of arrays."""
         if structural:
