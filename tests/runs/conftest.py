@@ -106,7 +106,9 @@ class SceneRunner:
         self.folder, self.capsys = folder, capsys
         self.said, self.result = "", {}
 
-    def __call__(self, components: str, *options: str, until: str = "1 s", top: str = "", status: int = 0) -> Log | None:
+    def __call__(
+        self, components: str, *options: str, until: str = "1 s", top: str = "", status: int = 0
+    ) -> Log | None:
         """The log. components: YAML, as lines of the mapping."""
         lines = "\n".join(f"  {line}" for line in components.strip().splitlines())
         text = f"duration: {until}\nstep: 10 ms\nscene: false\ncomponents:\n{lines}\n{top}"

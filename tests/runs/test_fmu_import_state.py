@@ -152,7 +152,9 @@ def test_the_log_names_and_holds_the_fmus(foreign, tmp_path):
     assert log.attachment(str(fmu)) == fmu.read_bytes()
     fmu.unlink()
     scenario, graph = graph_of(log)  # from the log alone
-    assert run_scenario(scenario, graph, tmp_path / "again.mcap", Options(), lambda _: None).digest == undisturbed.digest
+    assert (
+        run_scenario(scenario, graph, tmp_path / "again.mcap", Options(), lambda _: None).digest == undisturbed.digest
+    )
 
 
 def test_a_changed_fmu_is_not_resumed(foreign, tmp_path):
