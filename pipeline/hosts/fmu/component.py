@@ -45,7 +45,9 @@ class FmuComponent(Component):
         # Decimal step sizes are not exact in binary; half a nanosecond is below what the period resolves.
         if whole >= 1 and abs(whole * fixed * 1e9 - period_ns) < 0.5:
             return []
-        return [f"its FMU steps by {fixed:g} s (fixedInternalStepSize), and {period_ns / 1e9:g} s is no multiple of that"]
+        return [
+            f"its FMU steps by {fixed:g} s (fixedInternalStepSize), and {period_ns / 1e9:g} s is no multiple of that"
+        ]
 
 
 def _never(*_: Any) -> int:
@@ -78,9 +80,7 @@ def _component(description: Description, interface: str, isolate: bool) -> FmuCo
 
 def _ports(parameters: FmuParameters, variables: list[Variable]) -> tuple[Port, ...]:
     checked_shapes(parameters)
-    return tuple(
-        Port(one.name, one.unit.unit, parameters.shape(one), one.frame, one.description) for one in variables
-    )
+    return tuple(Port(one.name, one.unit.unit, parameters.shape(one), one.frame, one.description) for one in variables)
 
 
 def _defaults(parameters: FmuParameters, description: Description) -> dict[str, tuple[float, ...]]:

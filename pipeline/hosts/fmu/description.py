@@ -255,7 +255,9 @@ def _variable(
     shape = tuple(one.shape or ())
     if math.prod(shape) > MOST or any(length < 0 for length in shape):
         raise FmuError(f"'{one.name}' claims the shape {shape}")
-    bounds = [getattr(one, bound) or (getattr(declared, bound) if declared is not None else None) for bound in ("min", "max")]
+    bounds = [
+        getattr(one, bound) or (getattr(declared, bound) if declared is not None else None) for bound in ("min", "max")
+    ]
     low, high = sorted_bounds(*(unit.to_si(float(bound)) if bound else None for bound in bounds), unit)
     items = () if declared is None else tuple((item.name, int(item.value)) for item in declared.items)
     note = f"[{name}]" if name and unit.unit == "1" and unit.is_none and name != "1" else ""
@@ -274,7 +276,9 @@ def _variable(
         low=low,
         high=high,
         items=items,
-        description=" ".join(filter(None, (one.description or (declared.description if declared is not None else ""), note))),
+        description=" ".join(
+            filter(None, (one.description or (declared.description if declared is not None else ""), note))
+        ),
     )
 
 

@@ -44,7 +44,9 @@ class FmuParameters(Parameters):
     def changed(self) -> list[str]:
         """The names of those that are not as the FMU starts by itself."""
         fields = type(self).model_fields
-        return [name for name in fields if getattr(self, name) is not None and getattr(self, name) != fields[name].default]
+        return [
+            name for name in fields if getattr(self, name) is not None and getattr(self, name) != fields[name].default
+        ]
 
     def shape(self, one: Variable) -> tuple[int, ...]:
         """Of an array, whose lengths may be structural parameters."""
