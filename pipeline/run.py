@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import platform
 import signal
 import threading
@@ -25,6 +26,8 @@ from pipeline.errors import LogError, StepError
 from pipeline.events import Firing
 from pipeline.graph import Graph
 from pipeline.hosts.deployment import BusOptions, OnZenoh
+from pipeline.hosts.fmu.component import FmuComponent
+from pipeline.hosts.fmu.description import Description
 from pipeline.keyboard import Keys
 from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
@@ -36,7 +39,8 @@ from pipeline.validity_range import Ranges
 
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
 SCENARIO, RUN = "scenario.yaml", "run"  # the log's attachment, and a metadata record beside conventions.RESULT
-MODELS_HASH = "models_hash"  # in RUN
+MODELS_HASH, FMUS = "models_hash", "fmus"  # in RUN; the second is JSON: {path: SHA-256}
+ATTACHED_BYTES = 16 << 20  # FMUs up to this size are put into the log
 PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
 
 Progress = Callable[[float], None]
@@ -112,6 +116,7 @@ def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
     versions = {package: version(package) for package in ("towline", *PACKAGES)}
     here = {"python": platform.python_version(), "machine": platform.machine()}
     sources = {"source_hash": cache.source_hash(), MODELS_HASH: models_hash(model_files(graph))}
+    sources[FMUS] = json.dumps({str(one.path): one.digest for one in fmus(graph)})
     times = {"base_ns": str(graph.base_ns), "start_ns": str(graph.start_ns), "block_ticks": str(block)}
     return {"scenario": scenario.name, **versions, **here, **sources, **times}
 
@@ -119,6 +124,17 @@ def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
 def model_files(graph: Graph) -> dict[str, bytes]:
     """Sources of the components that come from files beside the scenario, by the path which the graph names."""
     return {node.model: Path(node.model).read_bytes() for node in graph.nodes if node.model.endswith(".py")}
+
+
+def fmus(graph: Graph) -> list[Description]:
+    """The FMUs of the components, each once."""
+    found = [node.component.description for node in graph.nodes if isinstance(node.component, FmuComponent)]
+    return list(dict.fromkeys(found))
+
+
+def small_fmus(graph: Graph) -> dict[str, bytes]:
+    """The files that a log takes along, by path."""
+    return {str(one.path): one.path.read_bytes() for one in fmus(graph) if one.path.stat().st_size <= ATTACHED_BYTES}
 
 
 def models_hash(files: Mapping[str, bytes]) -> str:
@@ -188,7 +204,7 @@ class Run:
             return Recorder(
                 path,
                 channels(self.graph),
-                attachments={SCENARIO: scenario.resolved_text().encode(), **model_files(self.graph)},
+                attachments=self._attachments(scenario),
                 metadata={RUN: provenance(scenario, self.graph, self.conductor.block)},
                 compression=options.compression,
                 chunk_bytes=options.chunk_bytes,
@@ -199,6 +215,10 @@ class Run:
             if out is None and default_log(scenario.name) != path:  # another run took the name in between
                 return self._create(scenario, None)
             raise
+
+    def _attachments(self, scenario: Scenario) -> dict[str, bytes]:
+        text = scenario.resolved_text().encode()
+        return {SCENARIO: text, **model_files(self.graph), **small_fmus(self.graph)}
 
     def __enter__(self) -> Self:
         return self
@@ -236,9 +256,13 @@ class Run:
         self.digest.end_block()
         self._snapshot()
 
-    def resume(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot, and note it; the caller has copied the rows up to it. Raises HostError."""
+    def resume(self, snapshot: Snapshot, lead: Callable[[], None] = lambda: None) -> None:
+        """Go on from a snapshot, and note it; the caller has copied the rows up to it. Raises HostError.
+
+        lead: brings to the snapshot what is not in it.
+        """
         self.conductor.restore(snapshot)
+        lead()
         self.open()
         self.digest = Digest([node.name for node in self.graph.nodes], snapshot.chains)
         self._ranges = Ranges(self.graph, snapshot.ranges)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pipeline import native_loop as loop
 from pipeline.graph import Graph
-from pipeline.hosts.lengths import lengths
+from pipeline.hosts.lengths import lengths, pack_saved, unpack_saved
 from pipeline.loop_tables import BOND_ROW, FAILED, OFFSET_ON, STATUS, TICK
 from pipeline.memory import lay_out
+
+if TYPE_CHECKING:
+    from pipeline.hosts.fmu.base import FmuHost
 
 
 class SectionRunner:
@@ -68,14 +73,28 @@ class SectionRunner:
         k.added[: sizes.signals] = settings[offsets:switches]
         k.nodes[:, OFFSET_ON] = settings[switches:] != 0.0
 
-    def restore(self, numbers: np.ndarray) -> None:
-        """Go on from what `state` gave, and the settings of that time."""
+    def restore(self, numbers: np.ndarray, saved: bytes) -> None:
+        """Go on from what `state` and `saved` gave, and the settings of that time. Raises TowlineError, ValueError."""
         sizes, k = self.lengths, self._tables
         signals, energies, states, settings = np.split(numbers, np.cumsum([sizes.signals, sizes.energies, sizes.state]))
         self._signals[:] = signals
         k.bond_energy[:] = energies.reshape(k.bond_energy.shape)
         self._states[:] = states
         self._set(settings)
+        for host, state in zip(self._saving, unpack_saved(saved), strict=True):
+            host.restore(state)
+
+    @property
+    def _saving(self) -> list[FmuHost]:
+        return [host for _, host in sorted(self._memory.fmus.items()) if host.can_save]
+
+    def saved(self) -> bytes:
+        """The states that are not in x, of those FMUs that can save them. Raises TowlineError."""
+        return pack_saved(host.save() for host in self._saving)
+
+    def close(self) -> None:
+        """Let FMUs go."""
+        self._memory.close()
 
     @property
     def stopped(self) -> tuple[int, int] | None:
@@ -95,8 +114,8 @@ class SectionRunner:
             parts.append(self._inputs.tobytes())
         return b"".join(parts)
 
-    def raised(self) -> str:
-        """What the Python code of the component that stopped the run raised; "" where it did not."""
-        stopped = self.stopped
-        host = self._memory.python.get(stopped[1]) if stopped else None
-        return host.raised() if host is not None else ""
+    def reason(self) -> str:
+        """Why the component that stopped the run did so, as its host tells; "" where it does not."""
+        status, node = self.stopped or (0, -1)
+        host = self._memory.hosts.get(node)
+        return host.reason(status) if host is not None else ""

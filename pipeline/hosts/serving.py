@@ -59,6 +59,8 @@ class Serving:
 
     def abandon(self) -> None:
         """Forget the run; another may be taken up."""
+        for place in self._sections.values():
+            place.runner.close()
         self.run, self._incarnation, self._sections, self._ready, self.ended = 0, 0, {}, b"", False
 
     def answer(self, data: bytes) -> bytes | None:
@@ -109,13 +111,15 @@ class Serving:
 
     def _take_up(self, wanted: dict[str, Any]) -> None:
         assigned = from_json(wanted["sections"])
+        for place in self._sections.values():
+            place.runner.close()
         self._sections = {one.number: _Place(SectionRunner(one.graph, one.outside)) for one in assigned}
         self.limit_s = float(wanted["limit_s"])
 
     def _restore(self, place: _Place, message: Message) -> None:
         if len(message.values) != place.runner.lengths.snapshot:
             return self._ignore()
-        place.runner.restore(message.values)
+        place.runner.restore(message.values, message.text)
         place.sequence, place.reply = message.sequence, b""
 
     def _execute(self, place: _Place, message: Message) -> bytes | None:
@@ -143,7 +147,8 @@ class Serving:
         stopped = runner.stopped
         wants_state = bool(message.flags & WANT_STATE)
         flags = (STATE if wants_state else 0) | (STOPPED if stopped else 0)
-        status, failed, text = (*stopped, runner.raised().encode()) if stopped else (0, -1, b"")
+        saved = runner.saved() if wants_state and not stopped else b""
+        status, failed, text = (*stopped, runner.reason().encode()) if stopped else (0, -1, saved)
         numbers = runner.reply(state=wants_state, inputs=stopped is not None)
         place = message.section, message.sequence, message.t_ns
         return pack(

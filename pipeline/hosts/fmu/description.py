@@ -4,30 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import math
-import platform
 import re
-import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from io import BytesIO
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
-from pipeline.hosts.fmu.kinds import EXACT, kinds
+from pipeline import archive
+from pipeline.errors import TowlineError
+from pipeline.fmu.archive import DOCUMENT, LARGEST, binary, model_description
+from pipeline.hosts.fmu.kinds import kinds
 from pipeline.hosts.fmu.units import Conversion, conversion
 from pipeline.hosts.fmu.variables import MOST, Variable, grouped, unbundled
 
-DOCUMENT = "modelDescription.xml"
-LARGEST = 256_000_000  # bytes of the document, far above any honest one
 CO_SIMULATION, MODEL_EXCHANGE = "co-simulation", "model-exchange"
 SETTABLE = ("parameter", "structuralParameter")
 PORTS = ("input", "output")
 EXACT_OR_GUESSED = ("exact", "approx")
 
 
-class FmuError(ValueError):
+class FmuError(TowlineError):
     """An FMU cannot be used, or failed; names the file or the variable, and the reason."""
 
 
@@ -83,25 +80,23 @@ class Description:
 
 @lru_cache(64)
 def _read(path: Path, _stamp: tuple[int, int]) -> Description:
-    data = path.read_bytes()
-    document, members = _document(path, data)
-    import fmpy  # with lxml and its schemas, which take a while
+    from pipeline.xml_source import parse_xml  # with lxml, which a scenario without FMUs does not need
 
+    told, data = model_description(path), path.read_bytes()
+    root = parse_xml(archive.read(path, "FMU", DOCUMENT, LARGEST), f"{path}: its {DOCUMENT}")
+    if told.fmiVersion == "1.0" and told.coSimulation is None:
+        raise FmuError(f"{path.name}: an FMI 1.0 model exchange FMU; of FMI 1.0 only co-simulation is taken")
     try:
-        root = ElementTree.fromstring(document)
-        if root.get("fmiVersion") == "1.0" and root.find("Implementation") is None:
-            raise FmuError("it is an FMI 1.0 model exchange FMU; of FMI 1.0 only co-simulation is taken")
-        told = fmpy.read_model_description(BytesIO(data), validate=False)
-        return _description(path, hashlib.sha256(data).hexdigest(), told, root, members)
+        return _description(path, hashlib.sha256(data).hexdigest(), told, root)
     except FmuError as error:
         raise FmuError(f"{path.name}: {error}") from error
-    except Exception as error:  # of many kinds, from the parser's to those of values that are no numbers
+    except (ValueError, TypeError, AttributeError, KeyError, OverflowError) as error:  # values that are no numbers
         text = (str(error).splitlines() or [type(error).__name__])[0]
         raise FmuError(f"{path.name}: its {DOCUMENT} cannot be read: {text}") from error
 
 
 def read(path: Path) -> Description:
-    """The description of the FMU at `path`, read once for each content. Raises FmuError."""
+    """The description of the FMU at `path`, read once for each content. Raises TowlineError."""
     try:
         about = path.stat()
         return _read(path.absolute(), (about.st_mtime_ns, about.st_size))
@@ -109,23 +104,7 @@ def read(path: Path) -> Description:
         raise FmuError(f"{path} cannot be read: {error.strerror or error}") from error
 
 
-def _document(path: Path, data: bytes) -> tuple[bytes, list[str]]:
-    """The description's bytes and the names of the archive's members."""
-    try:
-        with zipfile.ZipFile(BytesIO(data)) as archive:
-            sizes = {about.filename: about.file_size for about in archive.infolist()}
-            if DOCUMENT not in sizes:
-                raise FmuError(f"{path.name} is no FMU: it has no {DOCUMENT}")
-            if sizes[DOCUMENT] > LARGEST:
-                raise FmuError(f"{path.name}: its {DOCUMENT} claims {sizes[DOCUMENT] / 1e6:.0f} MB; it is not read")
-            return archive.read(DOCUMENT), list(sizes)
-    except FmuError:
-        raise
-    except Exception as error:  # zipfile's are of many kinds
-        raise FmuError(f"{path.name} is no FMU, which is a zip archive: {error}") from error
-
-
-def _description(path: Path, digest: str, told: Any, root: ElementTree.Element, members: list[str]) -> Description:
+def _description(path: Path, digest: str, told: Any, root: Any) -> Description:
     fmi = int(told.fmiVersion[0])
     interfaces = tuple(_interfaces(told, fmi))
     if not interfaces:
@@ -133,7 +112,7 @@ def _description(path: Path, digest: str, told: Any, root: ElementTree.Element, 
     for one in interfaces:
         if one.needs_tool:
             raise FmuError("it needs its tool to run it (needsExecutionTool), which is not supported")
-        _find_binary(fmi, one.identifier, members)
+        binary(path, told.fmiVersion, one.identifier)
     shapes, frames = _annotated(root)
     relative = {element.get("name") for element in root.iter() if element.get("relativeQuantity") in ("true", "1")}
     units = {unit.name: unit.baseUnit for unit in told.unitDefinitions} if fmi > 1 else {}
@@ -182,22 +161,7 @@ def _interfaces(told: Any, fmi: int) -> Iterable[Interface]:
         )
 
 
-def folder_of_binaries(fmi: int) -> str:
-    """Where the archive of an FMU keeps the library for this machine."""
-    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
-    return "linux64" if fmi < 3 and machine == "x86_64" else f"{machine}-linux"
-
-
-def _find_binary(fmi: int, identifier: str, members: list[str]) -> None:
-    wanted = f"binaries/{folder_of_binaries(fmi)}/{identifier}.so"
-    if wanted in members:
-        return
-    platforms = sorted({name.split("/")[1] for name in members if re.match(r"binaries/[^/]+/.", name)})
-    there = f"it has binaries for {', '.join(platforms)}" if platforms else "it has no binaries"
-    raise FmuError(f"it has no library for this machine, {wanted}; {there}")
-
-
-def _annotated(root: ElementTree.Element) -> tuple[dict[str, tuple[int, ...]], dict[str, str]]:
+def _annotated(root: Any) -> tuple[dict[str, tuple[int, ...]], dict[str, str]]:
     """Shapes and frames of ports, where Towline exported the FMU."""
     shapes, frames = {}, {}
     for holder in (*root.iter("Tool"), *root.iter("Annotation")):
@@ -330,8 +294,3 @@ def _named_ports(variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
         ports = [one for one in variables if one.causality == causality and one.kind.is_number]
         renamed |= dict(zip((one.title for one in ports), unbundled([one.name for one in ports]), strict=True))
     return tuple(replace(one, name=renamed.get(one.title, one.name)) for one in variables)
-
-
-def is_exact(value: Any) -> bool:
-    """Whether float64 holds a whole number as it is."""
-    return abs(value) <= EXACT

@@ -6,7 +6,7 @@ calls an FMU as it calls any component.
 
 import numpy as np
 from llvmlite import ir
-from numba import carray, cfunc, njit, types
+from numba import carray, cfunc, njit, types  # pyright: ignore[reportAttributeAccessIssue]
 from numba.extending import intrinsic
 
 from components.compiled import OPTIONS, SIGNATURE
@@ -398,8 +398,16 @@ def fmu_step(t_ns, dt_ns, p, u, x, y, w):
 
 
 @cfunc(SIGNATURE, cache=True, error_model="numpy")
+def fmu_inputs(t_ns, dt_ns, p, u, x, y, w):
+    """Set the inputs alone, as before a step."""
+    head = carray(as_words(w), HEAD)
+    k = carray(as_words(w), HEAD + (head[N_SET] + head[N_GET]) * COLUMNS)
+    return set_inputs(k, carray(u, int(carray(p, HEADER)[1])), t_ns, dt_ns)
+
+
+@cfunc(SIGNATURE, cache=True, error_model="numpy")
 def fmu_outputs(t_ns, dt_ns, p, u, x, y, w):
-    """Outputs alone, as they are after initialization."""
+    """Get the outputs alone, as after a step."""
     head = carray(as_words(w), HEAD)
     k = carray(as_words(w), HEAD + (head[N_SET] + head[N_GET]) * COLUMNS)
     return get_outputs(k, carray(y, int(carray(p, HEADER)[3])))

@@ -33,9 +33,8 @@ class FmuParameters(Parameters):
 
     def values(self, name: str) -> list[Any]:
         """A variable's values as the FMU takes them, flat; Python's numbers, truths and texts."""
-        one, value = self.VARIABLES[name], getattr(self, name)
-        flat = list(flat(value))
-        return [one.unit.to_fmu(number) for number in flat] if one.kind.is_real else flat
+        one, found = self.VARIABLES[name], list(flat(getattr(self, name)))
+        return [one.unit.to_fmu(number) for number in found] if one.kind.is_real else found
 
     def numbers(self, name: str) -> list[float]:
         """The same as float64."""
