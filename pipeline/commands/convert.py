@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline.commands.output import console, print_json, warn
 from pipeline.errors import TowlineError
 from pipeline.quantities import nanoseconds
+
+if TYPE_CHECKING:
+    from pipeline.ssp.system import System
 
 FROM = "SYSTEM.ssp, an SSD (.ssd) or an OspSystemStructure.xml; or a scenario YAML of FMUs"
 
@@ -72,7 +76,7 @@ def _write_scenario(arguments: argparse.Namespace, out: Path) -> list[str]:
             raise TowlineError(f"{arguments.source}: its root is {kind}; expected an SSD or an {osp.ROOT}")
         if package.is_closed:
             folder = out.with_name(f"{out.stem}_fmus")
-            names = {path: path.relative_to(package.folder).as_posix().replace("/", "_") for path in _fmus(system)}
+            names = _copies(package.folder, _fmus(system))
             copied(names, folder)
             written = {path: f"{folder.name}/{name}" for path, name in names.items()}
         else:
@@ -82,8 +86,16 @@ def _write_scenario(arguments: argparse.Namespace, out: Path) -> list[str]:
     return system.notes
 
 
-def _fmus(system) -> list[Path]:
+def _fmus(system: System) -> list[Path]:
     return list(dict.fromkeys(part.fmu for part in system.parts))
+
+
+def _copies(folder: Path, fmus: list[Path]) -> dict[Path, str]:
+    """Names for files of a package in one folder."""
+    plain = {path: path.name for path in fmus}
+    if len(set(plain.values())) == len(fmus):
+        return plain
+    return {path: path.resolve().relative_to(folder.resolve()).as_posix().replace("/", "_") for path in fmus}
 
 
 def _check(out: Path) -> str:

@@ -18,7 +18,6 @@ from pipeline.errors import TowlineError
 from pipeline.fmu.archive import model_description
 from pipeline.graph import Graph, Node, Term
 from pipeline.hosts.fmu.component import FmuComponent
-from pipeline.hosts.fmu.description import PORTS
 from pipeline.hosts.fmu.parameters import FmuParameters
 from pipeline.hosts.fmu.units import BASES, Conversion
 from pipeline.ssp import annotations
@@ -44,6 +43,7 @@ class _Member:
     path: Path
     known: dict[str, Element]
     titles: dict[tuple[str, int | None], str]
+    changed: list[str]
     starts: dict[str, float] = field(default_factory=dict)  # constants that inputs are wired to, in the FMU's units
 
 
@@ -100,14 +100,13 @@ class _Writing:
             self._component(holder, member)
         if connections:
             SubElement(system, f"{SSD}Connections").extend(connections)
-        information = SubElement(system, f"{SSD}SimulationInformation")
-        SubElement(information, f"{SSD}FixedStepMaster", stepSize=_seconds(scenario.step_ns))
         self._definitions(root)
         times = {"startTime": scenario.start_ns, "stopTime": scenario.start_ns + scenario.duration_ns}
         SubElement(root, f"{SSD}DefaultExperiment", {key: _seconds(time) for key, time in times.items()})
         document = plain(scenario.tree)
         assert isinstance(document, dict)
-        self._annotate(root, {key: document[key] for key in OF_SYSTEM if key in document}, "")
+        settings = {key: document[key] for key in OF_SYSTEM if key in document}
+        self._annotate(root, {"step_s": _seconds(scenario.step_ns)} | settings, "")
         return root
 
     def _component(self, holder: Xml, member: _Member) -> None:
@@ -178,6 +177,8 @@ class _Writing:
         listed = SubElement(inner, f"{SSV}Parameters")
         used = set()
         for title, number in given.items():
+            if isinstance(number, int) and not -(2**31) <= number < 2**31:
+                self.faults.append(f"'{member.node.name}.{title}' is {number}, beyond the Integer of SSP 1.0")
             parameter = SubElement(listed, f"{SSV}Parameter", name=title)
             self._type(parameter, SSV, member, title, member.known[title], value=_value(number, member.known[title]))
             used.add(self._unit_name(member, title))
@@ -189,19 +190,29 @@ class _Writing:
         for term in member.node.terms:
             for k in range(term.count):
                 port, position = inputs[term.target + k]
+                is_constant = term.gain == 0.0 and term.source == 0
+                if is_constant and self._is_start(member, port, position, term.offset[k]):
+                    continue
                 target = self._end(member, port, position)
                 if target is None:
                     return
                 if not term.assigns:
                     self.faults.append(f"'{member.node.name}.{port}' is fed by a sum")
                     return
-                if term.gain == 0.0 and term.source == 0:
+                if is_constant:
                     unit = member.known[target].variable.unit
                     member.starts[target] = unit.to_fmu(term.offset[k])
                     continue
                 connection = self._connection(member, target, term, k)
                 if connection is not None:
                     yield connection
+
+    def _is_start(self, member: _Member, port: str, position: int, number: float) -> bool:
+        """Whether an input that nothing feeds holds what its FMU starts it with."""
+        one = next(
+            v.variable for v in member.known.values() if v.variable.name == port and v.variable.causality == "input"
+        )
+        return one.start is not None and one.unit.to_si(one.start[position]) == number and port not in member.changed
 
     def _connection(self, member: _Member, target: str, term: Term, k: int) -> Xml | None:
         node = next(n for n in self._graph.nodes if n.start <= term.source + k < n.start + n.width)
@@ -223,9 +234,8 @@ class _Writing:
             about = {"factor": repr(float(change.factor)), "offset": repr(float(change.offset))}
             SubElement(connection, f"{SSC}LinearTransformation", about)
         told: dict[str, Any] = {"delay": term.delayed}
-        if term.delayed and term.initial and term.initial[k]:
-            told["initial"] = term.initial[k]
         if term.delayed:
+            told["initial"] = term.initial[k] if term.initial else 0.0
             self._note("which wires are delayed, and what they carry before the first step")
         _annotation(connection, told)
         return connection
@@ -278,7 +288,8 @@ def _member(node: Node, instance: Instance) -> _Member:
     path = node.component.description.path
     known = elements(path)
     titles = {(one.variable.name, one.position): name for name, one in known.items()}
-    return _Member(node, instance, path, known, titles)
+    assert isinstance(node.parameters, FmuParameters)
+    return _Member(node, instance, path, known, titles, node.parameters.changed())
 
 
 @lru_cache(64)

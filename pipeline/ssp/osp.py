@@ -61,6 +61,9 @@ class _Reading:
         if period_ns != step_ns:
             text = f"its step of {step_ns / 1e9:g} s is no multiple of the base step; {period_ns / 1e9:g} s is taken"
             self.system.note(f"{name}: {text}, as libcosim does")
+        if period_ns > base_ns:
+            text = "reads its inputs as its last base step begins, and libcosim as its own step does"
+            self.system.note(f"{name}: steps by {period_ns / 1e9:g} s; it {text}")
         return period_ns
 
     def function(self, element: Any) -> None:

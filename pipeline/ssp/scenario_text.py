@@ -99,9 +99,7 @@ class _Writing:
         if wanted_ns is None and told is None:
             self._system.note(f"no stop time is told; {as_time(duration_ns)} is written")
         if duration_ns <= 0:
-            raise TowlineError(
-                f"{self._system.name}: it stops at {as_time(self._system.stop_ns or 0)}, before it starts"
-            )
+            raise TowlineError(f"{self._system.name}: it would run for {as_time(duration_ns)}; give --duration")
         whole_ns = -(-duration_ns // step_ns) * step_ns
         if whole_ns != duration_ns:
             self._system.note(f"the stop time is no multiple of the step; {as_time(whole_ns)} are run")
@@ -124,9 +122,8 @@ class _Writing:
                     closes = _reaches(onward, link.target.part, feed.source.part)
                     is_direct = not is_delayed and not closes
                     if closes and not is_delayed:
-                        self._system.note(
-                            f"{_label(feed.source)} -> {_label(link.target)} is delayed: it closes a cycle"
-                        )
+                        wire = f"{_label(feed.source)} -> {_label(link.target)}"
+                        self._system.note(f"{wire} is delayed: it closes a cycle of direct wires")
                 if is_direct:
                     onward[feed.source.part].add(link.target.part)
                 feeds.append(replace(feed, is_direct=is_direct))
@@ -218,7 +215,7 @@ class _Writing:
         if not feed.is_direct:
             entry["delay"] = True
             initial = feed.initial if feed.initial is not None else _start(source)
-            if initial is not None:
+            if initial:
                 entry["initial"] = initial
         return text if len(entry) == 1 else entry
 

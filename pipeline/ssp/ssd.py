@@ -45,9 +45,7 @@ class _Reading:
             elif one.tag == f"{SSD}Component":
                 self._component(one, inside)
             else:
-                self.system.note(
-                    f"{_shown(inside)}: a reference to a signal dictionary; what is wired by it is not kept"
-                )
+                self.system.note(f"{_shown(inside)}: a signal dictionary's; what is wired by it is not kept")
         for connection in element.iterfind(f"{SSD}Connections/{SSD}Connection"):
             self._connection(connection, place)
 
@@ -235,11 +233,11 @@ def _times(system: System, root: Any, outer: Any) -> None:
     if experiment is not None:
         times = {key: experiment.get(f"{key}Time") for key in ("start", "stop")}
         system.start_ns, system.stop_ns = (time_ns(t, "the time") if t else None for t in times.values())
-    solver = outer.find(f"{SSD}SimulationInformation/{SSD}FixedStepMaster")
-    if solver is None:
-        solver = outer.find(f"{SSD}SimulationInformation/{SSD}FixedStepSolver")
-    if solver is not None and solver.get("stepSize"):
-        system.step_ns = time_ns(solver.get("stepSize"), "the step")
+    step = system.settings.get("step_s")  # SSP 1.0 has no word for it; other tools have annotations
+    for solver in (*outer.iter("{*}FixedStepMaster"), *root.iter("{*}FixedStepSolver")):
+        step = step or solver.get("stepSize")
+    if step:
+        system.step_ns = time_ns(str(step), "the step")
 
 
 def _shown(place: Place) -> str:
