@@ -23,7 +23,7 @@ from pipeline.document import (
     validated,
 )
 from pipeline.errors import Place, Problem, ScenarioError, TowlineError
-from pipeline.hosts.fmu.component import component_of
+from pipeline.hosts.fmu.component import OVERDUE_S, component_of
 from pipeline.parameters import Given
 from pipeline.placement import read_hosts
 from pipeline.quantities import nanoseconds, shown
@@ -119,7 +119,7 @@ class _Reading:
         if not isinstance(tree, Table):
             return None
         wires = self._wires(_table(tree, "inputs"), below(path, "inputs"))
-        found = self._component(tree, path)
+        found = self._component(tree, path, (entry and entry.overdue) or 0)
         if found is None:
             return None
         full_name, component = found
@@ -130,7 +130,7 @@ class _Reading:
         blamed = parameters.last_given(self._overrides.get(name, {}), place)
         return Instance(name, place, path, full_name, component, values, period, record, wires, tree, blamed, overdue)
 
-    def _component(self, tree: Table, path: str) -> tuple[str, Component] | None:
+    def _component(self, tree: Table, path: str, overdue_ns: int) -> tuple[str, Component] | None:
         """The model or FMU that an entry names, and its full name; None where it names none, which is reported."""
         named = [key for key in ("model", "fmu") if key in tree.entries]
         if len(named) != 1:
@@ -150,18 +150,19 @@ class _Reading:
         try:
             if named == ["model"]:
                 return catalogue.find(which.value, self._folder)
-            return self._fmu(which.value, tree)
+            return self._fmu(which.value, tree, overdue_ns)
         except (ValueError, TowlineError) as error:
             self._problems.append(Problem(which.place, below(path, named[0]), str(error)))
             return None
 
-    def _fmu(self, name: str, tree: Table) -> tuple[str, Component]:
+    def _fmu(self, name: str, tree: Table, overdue_ns: int) -> tuple[str, Component]:
         """Raises TowlineError."""
-        interface, isolate = (tree.entries[key] if key in tree.entries else None for key in ("interface", "isolate"))
+        interface, isolate = (tree.entries.get(key) for key in ("interface", "isolate"))
         wanted = str(interface.value) if isinstance(interface, Scalar) and interface.value is not None else ""
         path = (self._folder / name).absolute()
         is_apart = isinstance(isolate, Scalar) and isolate.value is True
-        return str(path), component_of(path, wanted, isolate=is_apart)
+        overdue_s = overdue_ns / 1e9 if overdue_ns else OVERDUE_S
+        return str(path), component_of(path, wanted, isolate=is_apart, overdue_s=overdue_s)
 
     def _parameters(
         self, name: str, component: Component, tree: Table, place: Place, path: str, ties: list[Tie]

@@ -20,8 +20,8 @@ _ARRAYS = ("parameters", "states", "board", "bond_energy")
 class Snapshot:
     """Tick, events fired so far, digest chains, and all p, x, signals and bond energies (float64).
 
-    ranges: the models' validity so far, see validity_range.Ranges. hosts: {component: bytes}, the states that are not in
-    x but in an FMU.
+    ranges: the models' validity so far, see validity_range.Ranges. hosts: {component: bytes}, the states that are in an
+    FMU instead of x.
     """
 
     tick: int

@@ -1,4 +1,4 @@
-"""modelDescription.xml of an FMU of anyone's, read by fmpy and checked: variables, capabilities, what it was built by."""
+"""modelDescription.xml of an FMU of anyone, read by fmpy and checked: its variables, and what it can do."""
 
 from __future__ import annotations
 

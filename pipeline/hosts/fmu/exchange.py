@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from fmpy.sundials import CVodeSolver
 
-from pipeline.hosts.fmu.base import FmuHost
 from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.hosts.fmu.description import FmuError
+from pipeline.hosts.fmu.instance import Instance
 from pipeline.hosts.fmu.library import CALLS, DISCARD, Library
+from pipeline.hosts.fmu.table import CALLS_MADE
 
 TOLERANCE = 1e-6  # relative, where the FMU's default experiment names none; absolute: this times the nominal values
 MOST_STEPS = 100_000  # of the solver within a period
@@ -68,15 +69,10 @@ class Solver(CVodeSolver):
             return RECOVERABLE if getattr(error, "status", None) == DISCARD else FAILED
 
 
-class Exchange(FmuHost):
+class Exchange(Instance):
     """A model exchange FMU in this process."""
 
     _solver: Solver | None = None
-
-    @property
-    def step(self) -> int:
-        """A Python function."""
-        return self._python.step
 
     @staticmethod
     def _when(component: FmuComponent) -> str:
@@ -87,12 +83,14 @@ class Exchange(FmuHost):
         super()._begin(start_s)
 
     def _advance(self, t_ns: int, dt_ns: int, *vectors: np.ndarray) -> int:
+        self._table.words[CALLS_MADE] += 1
         begin_s, end_s = (t_ns - dt_ns) / 1e9, t_ns / 1e9
         if self._needs_tuning():
             self._tune()
         self._exchange("fmu_inputs", t_ns, dt_ns)
         self._integrate(begin_s, end_s)
         self._exchange("fmu_outputs", t_ns, dt_ns)
+        self._table.words[CALLS_MADE] += 1
         return 0
 
     def _needs_tuning(self) -> bool:
@@ -112,7 +110,7 @@ class Exchange(FmuHost):
                 is_event, reached_s = self._leap(solver, at_s, until_s)
             stands = 0 if reached_s > at_s else stands + 1
             if stands > CALLS:
-                raise FmuError(f"{self._file} makes no progress at {at_s:.9g} s, after {CALLS} events there")
+                raise FmuError(f"{self.file} makes no progress at {at_s:.9g} s, after {CALLS} events there")
             at_s = reached_s
             is_event |= library.completed_step()
             is_event |= next_s is not None and at_s >= next_s
@@ -129,7 +127,7 @@ class Exchange(FmuHost):
             why = solver.failure
             if why is not None:
                 raise self._failed(why) from why
-            raise FmuError(f"{self._file} cannot be integrated beyond {at_s:.9g} s: {error}") from error
+            raise FmuError(f"{self.file} cannot be integrated beyond {at_s:.9g} s: {error}") from error
         solver.failure = None
         self.library.set_time(reached_s)
         return crossed, reached_s

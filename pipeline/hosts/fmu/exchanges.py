@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from components.contract import Port
+from pipeline.hosts.fmu.description import CO_SIMULATION
 from pipeline.hosts.fmu.kinds import FLOAT64
 from pipeline.hosts.fmu.library import Library
 from pipeline.hosts.fmu.table import (
@@ -96,7 +97,8 @@ class Table:
     def attach(self, library: Library) -> None:
         """Point to the functions and the instance of a library."""
         self.words[VERSION], self.words[INSTANCE] = library.fmi, library.address
-        self.words[DO_STEP] = library.function("DoStep")
+        if library.interface.name == CO_SIMULATION:
+            self.words[DO_STEP] = library.function("DoStep")
         for j, one in enumerate(self.exchanges):
             verb = "Set" if j < len(self.sets) else "Get"
             name = f"{verb}{one.variables[0].kind.functions}"

@@ -31,6 +31,7 @@ from pipeline.hosts.fmu.kinds import (
 from pipeline.hosts.fmu.table import (
     ASK,
     BEFORE,
+    CALLS_MADE,
     CODE,
     COLUMNS,
     CONVERTS,
@@ -215,9 +216,9 @@ def put(code, address, i, value):
         return True
     if not (value == np.floor(value) and LOW[code] <= value <= HIGH[code]):
         return False
-    if code == INT32 or code == BOOL32:
+    if code in (INT32, BOOL32):
         store_int32(address, i, value)
-    elif code == UINT8 or code == BOOL8:
+    elif code in (UINT8, BOOL8):
         store_uint8(address, i, value)
     elif code == INT64:
         store_int64(address, i, value)
@@ -246,7 +247,7 @@ def take(code, address, i):
         value = 1.0 if load_int32(address, i) != 0.0 else 0.0
     elif code == BOOL8:
         value = 1.0 if load_uint8(address, i) != 0.0 else 0.0
-    elif code == INT64 or code == UINT64:
+    elif code in (INT64, UINT64):
         whole = word(address, i)
         value = float(whole)
         is_exact = (0 if code == UINT64 else -WHOLE) <= whole <= WHOLE
@@ -367,16 +368,18 @@ def advance(k, t_ns, dt_ns):
 @njit(**OPTIONS)
 def is_tuned(k, p):
     """Whether the FMU has the tunable parameters of p."""
+    others = 0
     for i in range(k[N_TUNABLE]):
         if p[HEADER + i] != load_double(k[TUNED], i):
-            return False
-    return True
+            others += 1
+    return others == 0
 
 
 @njit(**OPTIONS)
 def step(t_ns, dt_ns, p, u, y, k):
     """One communication step; a status."""
     status = 0
+    k[CALLS_MADE] += 1
     if not is_tuned(k, p):
         status = ask(k[ASK], t_ns, dt_ns, TUNE)
     if status == 0:
@@ -385,6 +388,7 @@ def step(t_ns, dt_ns, p, u, y, k):
         status = advance(k, t_ns, dt_ns)
     if status == 0:
         status = get_outputs(k, y)
+    k[CALLS_MADE] += 1
     return status
 
 

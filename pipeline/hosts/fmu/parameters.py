@@ -57,7 +57,8 @@ class FmuParameters(Parameters):
 
 def is_tunable(one: Variable) -> bool:
     """Whether an event may change it during a run."""
-    return one.causality == "parameter" and one.variability == "tunable" and one.kind.is_number
+    is_set = one.start is not None and one.kind.is_number
+    return one.causality == "parameter" and one.variability == "tunable" and is_set
 
 
 def parameters_of(description: Description) -> type[FmuParameters]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from pipeline.graph import Node
-from pipeline.hosts.fmu.base import FmuHost
 from pipeline.hosts.fmu.description import FmuError
+from pipeline.hosts.fmu.instance import Instance
 from pipeline.hosts.fmu.library import CALLS, DISCARD
 from pipeline.hosts.fmu.table import DO_STEP, INSTANCE, RETURNED
 
@@ -20,12 +21,12 @@ _STEP_3 = ctypes.CFUNCTYPE(
 REACHED_NS = 0.5  # an FMU that ends a step so near to its end has made it: times are whole nanoseconds
 
 
-class Slave(FmuHost):
+class Slave(Instance):
     """A co-simulation FMU in this process."""
 
-    def __init__(self, node: Node, vectors: Sequence[np.ndarray], start_ns: int):
-        """As FmuHost."""
-        super().__init__(node, vectors, start_ns)
+    def __init__(self, node: Node, vectors: Sequence[np.ndarray], start_ns: int, folder: Path | None = None):
+        """As Instance."""
+        super().__init__(node, vectors, start_ns, folder)
         from pipeline.hosts.fmu import kernel
 
         self._step = kernel.fmu_step.address
@@ -43,12 +44,12 @@ class Slave(FmuHost):
             reached_s = self._reached(status, at_s, end_s)
             stands = 0 if reached_s > at_s else stands + 1
             if stands > CALLS:
-                raise FmuError(f"{self._file} makes no progress at {at_s:.9g} s, after {CALLS} events there")
+                raise FmuError(f"{self.file} makes no progress at {at_s:.9g} s, after {CALLS} events there")
             at_s = reached_s
             if (end_s - at_s) * 1e9 < REACHED_NS:
                 return
             if not self.component.interface.can_vary_step:
-                text = f"{self._file} ended a step early, at {at_s:.9g} s, and cannot take another step size"
+                text = f"{self.file} ended a step early, at {at_s:.9g} s, and cannot take another step size"
                 raise FmuError(f"{text} (canHandleVariableCommunicationStepSize){library.last_words()}")
             status = self._do_step(at_s, end_s - at_s)
 
@@ -61,19 +62,19 @@ class Slave(FmuHost):
             if status < DISCARD:
                 return end_s
             if library.is_terminated():
-                raise FmuError(f"{self._file} ends the simulation{library.last_words()}")
+                raise FmuError(f"{self.file} ends the simulation{library.last_words()}")
             last_s = library.last_successful_time()
         else:
             needs_event, terminates, is_early = (bool(flag) for flag in self._table.flags)
             if terminates:
-                raise FmuError(f"{self._file} ends the simulation{library.last_words()}")
+                raise FmuError(f"{self.file} ends the simulation{library.last_words()}")
             last_s = float(self._table.last[0]) if is_early or status == DISCARD else end_s
             if needs_event:
                 library.meet_event(lambda: None)
                 return max(last_s, at_s)
         if status == DISCARD and not at_s < last_s <= end_s:
             function = f"fmi{library.fmi}DoStep".replace("fmi1", "fmi")
-            text = f"{function} of {self._file} discards the step and gets no further than {last_s:.9g} s"
+            text = f"{function} of {self.file} discards the step and gets no further than {last_s:.9g} s"
             raise FmuError(f"{text}{library.last_words()}; a shorter period may help")
         return last_s
 

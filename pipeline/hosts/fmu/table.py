@@ -18,8 +18,9 @@ from __future__ import annotations
     WHERE,  # the exchange that failed
     ELEMENT,  # its value that cannot be passed on
     RETURNED,  # what the FMU's function returned
+    CALLS_MADE,  # counts up as a step begins and as it ends: odd within one
     HEAD,
-) = range(15)
+) = range(16)
 # Words of an exchange: one call of a Set or Get function. Those that set come first.
 (
     FUNCTION,
