@@ -533,7 +533,9 @@ def test_slower_simulators_of_osp(place, capsys):
         "b: steps by 0.02 s; it reads its inputs as its last base step begins, and libcosim as its own step does"
         in notes
     )
-    both = {"sum": [{"from": "a.v", "gain": "1.0 m/(m/s)", "delay": True}, {"from": "b.x", "delay": True, "initial": 2.0}]}
+    both = {
+        "sum": [{"from": "a.v", "gain": "1.0 m/(m/s)", "delay": True}, {"from": "b.x", "delay": True, "initial": 2.0}]
+    }
     assert scenario["components"]["c"]["inputs"]["neighbour"] == both
 
 
@@ -621,6 +623,11 @@ def test_files_are_not_replaced_unasked(place, capsys):
     assert "is converted to" in refusal(capsys, "pair.yaml", "-o", "x.yaml")
     assert "no such file" in refusal(capsys, "none.ssd")
     convert(capsys, "pair.yaml", "--overwrite")
+
+
+def test_a_structure_is_no_scenario(capsys):
+    assert main(["run", "plant.ssp"]) == 1
+    assert "towline convert plant.ssp -o plant.yaml" in capsys.readouterr().err
 
 
 def test_values_of_fmi_3(place, capsys):
