@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,7 +40,7 @@ class Conductor:
 
     remarks: what happened to hosts, until somebody takes it; tell: is told at once. poll: called while waiting, may
     raise KeyboardInterrupt. written: by hosts to their standard streams, after close(). channels: on the bus, for
-    whoever subscribes; None where nobody could.
+    whoever subscribes; None where nobody could. inside: holds while compiled code runs.
     """
 
     channels: Channels | None = None
@@ -55,6 +56,7 @@ class Conductor:
         self.remarks: list[tuple[int, str]] = []  # (simulated time [ns], what happened to a host)
         self.tell: Callable[[str], None] = lambda _: None
         self.poll: Callable[[], None] = lambda: None
+        self.inside: Callable[[], AbstractContextManager[None]] = nullcontext
         self.written = ""
         self._slice = 1
         loop.prepare(self._tables, self.memory.inits)
@@ -73,7 +75,9 @@ class Conductor:
 
     def initialise(self) -> None:
         """Run every init at t0 and capture y(t0). Raises StepError."""
-        loop.initialise(self._tables, self.memory.inits, len(self.graph.nodes), self.graph.start_ns)
+        with self.inside():
+            loop.initialise(self._tables, self.memory.inits, len(self.graph.nodes), self.graph.start_ns)
+        self._heed_messages()
         self._raise_if_stopped(self.graph.start_ns)
 
     def run(self, until: int, slice_ticks: Callable[[], int | None] = lambda: None) -> Iterator[None]:
@@ -180,7 +184,15 @@ class Conductor:
 
     def _advance_to(self, until: int) -> None:
         """Make the ticks up to `until`, fewer where a component stops the run."""
-        loop.advance(self._tables, until, self.graph.start_ns, self.graph.base_ns)
+        with self.inside():
+            loop.advance(self._tables, until, self.graph.start_ns, self.graph.base_ns)
+        self._heed_messages()
+
+    def _heed_messages(self) -> None:
+        """Take in what FMUs have logged."""
+        for i, host in self.memory.fmus.items():
+            for text in host.take_messages():
+                self.remarks.append((self.time_ns(self.tick), f"{self.graph.nodes[i].name}: {text}"))
 
     def _raise_if_stopped(self, t_ns: int) -> None:
         status, failed = (int(n) for n in self._tables.clock[STATUS:])

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import platform
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -13,7 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Self
+from typing import NoReturn, Self
 
 import numpy as np
 
@@ -26,6 +28,7 @@ from pipeline.errors import LogError, StepError
 from pipeline.events import Firing
 from pipeline.graph import Graph
 from pipeline.hosts.deployment import BusOptions, OnZenoh
+from pipeline.hosts.fmu.base import FmuHost
 from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.hosts.fmu.description import Description
 from pipeline.keyboard import Keys
@@ -36,6 +39,7 @@ from pipeline.placement import placement_of
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
 from pipeline.validity_range import Ranges
+from pipeline.watch import Watch
 
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
 SCENARIO, RUN = "scenario.yaml", "run"  # the log's attachment, and a metadata record beside conventions.RESULT
@@ -46,13 +50,19 @@ PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
 Progress = Callable[[float], None]
 
 
+def leave(text: str) -> NoReturn:
+    """End this process, whose main thread is held up."""
+    print(f"towline: {text}", file=sys.stderr, flush=True)
+    os._exit(1)
+
+
 @dataclass(frozen=True)
 class Options:
     """How a run is recorded and paced; nothing here changes its digest.
 
     rate: simulated seconds per second of wall time, None for as fast as it goes. slice_ticks: ticks handed over at
     once, None for what suits the machine. bus: on which components run elsewhere, None for this process. tell: takes
-    lines about hosts as they come. keys: by which a person pauses the run.
+    lines about hosts as they come. keys: by which a person pauses the run. leave: ends the process, with an error.
     """
 
     compression: str = COMPRESSION
@@ -64,6 +74,7 @@ class Options:
     bus: BusOptions | None = None
     tell: Callable[[str], None] = lambda _: None
     keys: Keys | None = None
+    leave: Callable[[str], NoReturn] = leave
 
 
 @dataclass(frozen=True)
@@ -192,6 +203,10 @@ class Run:
         self._every = np.array([node.record_every for node in graph.nodes] + [1] * len(graph.bonds), np.int64)
         self.recorded = np.zeros_like(self._steps)
         self._flushed = self._noted = time.monotonic()
+        self._has_started = False
+        hosts = () if isinstance(self.conductor, Distributed) else self.conductor.memory.fmus.values()
+        self._watch = Watch([host for host in hosts if not host.component.isolate], self._give_up)
+        self.conductor.inside = self._watch.inside
         try:
             self._recorder = self._create(scenario, out)
         except BaseException:
@@ -225,6 +240,7 @@ class Run:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         """A run that ends, stops itself or is interrupted closes its log; any other failure leaves it unfinished."""
+        self._watch.end()
         try:
             self._end(kind, error)
         finally:
@@ -243,6 +259,22 @@ class Run:
         else:
             self._recorder.abort()
 
+    def _give_up(self, host: FmuHost, waited_s: float) -> None:
+        """Close the log in place of the main thread, which an FMU holds up, and end the process."""
+        conductor = self.conductor
+        t_s = conductor.time_ns(conductor.tick + self._has_started) / 1e9
+        what = "step" if self._has_started else "initialization"
+        text = f"{host.name} stopped the run at t = {t_s:.9g} s: {host.file} has not returned from its {what} for"
+        remedy = "a call that takes longer needs `overdue:`; isolate: true ends the FMU alone"
+        text = f"{text} {waited_s:g} s; {remedy}"
+        try:
+            self._hand_over()
+            self._close(text)
+        finally:
+            for other in conductor.memory.fmus.values():
+                other.abandon()
+            self._options.leave(text)
+
     def open(self) -> None:
         """Have all hosts ready, if there are any, and channels on their bus. Raises HostError."""
         self.conductor.open()
@@ -252,6 +284,7 @@ class Run:
     def start(self) -> None:
         """Initialise every component at t0, which is a block of its own, and make the first snapshot."""
         self.conductor.initialise()
+        self._has_started = True
         self._hand_over()
         self.digest.end_block()
         self._snapshot()
@@ -261,6 +294,7 @@ class Run:
 
         lead: brings to the snapshot what is not in it.
         """
+        self._has_started = True
         self.conductor.restore(snapshot)
         lead()
         self.open()

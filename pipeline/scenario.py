@@ -23,7 +23,7 @@ from pipeline.document import (
     validated,
 )
 from pipeline.errors import Place, Problem, ScenarioError, TowlineError
-from pipeline.hosts.fmu.component import OVERDUE_S, component_of
+from pipeline.hosts.fmu.component import component_of
 from pipeline.parameters import Given
 from pipeline.placement import read_hosts
 from pipeline.quantities import nanoseconds, shown
@@ -166,8 +166,7 @@ class _Reading:
         wanted = str(interface.value) if isinstance(interface, Scalar) and interface.value is not None else ""
         path = (self._folder / name).absolute()
         is_apart = isinstance(isolate, Scalar) and isolate.value is True
-        overdue_s = overdue_ns / 1e9 if overdue_ns else OVERDUE_S
-        return str(path), component_of(path, wanted, isolate=is_apart, overdue_s=overdue_s)
+        return str(path), component_of(path, wanted, isolate=is_apart, overdue_s=overdue_ns / 1e9)
 
     def _parameters(
         self, name: str, component: Component, tree: Table, place: Place, path: str, ties: list[Tie]

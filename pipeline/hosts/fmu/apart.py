@@ -27,6 +27,7 @@ from pipeline.hosts.fmu.base import FmuHost
 from pipeline.hosts.fmu.description import FmuError
 from pipeline.hosts.launch import source_path
 
+OVERDUE_S = 1.0  # as of any component that is not stepped in the conductor's process
 START_S = 60.0  # wall time that loading, initialising, saving or restoring may take
 END_S = 2.0  # that it is given to end by itself
 LAST_WORDS = 200  # characters
@@ -99,20 +100,22 @@ class Process:
 
 
 class Apart(FmuHost):
-    """An FMU in a process of its own. overdue_s: wall time that a step may take."""
+    """An FMU in a process of its own."""
 
     def __init__(self, node: Node, vectors: Sequence[np.ndarray], start_ns: int):
         """As FmuHost."""
         super().__init__(node, vectors, start_ns)
         self._process: Process | None = None
         self._folder: Path | None = None
-        self._calls = 0
 
     def take_messages(self) -> list[str]:
         """See FmuHost."""
         if self._process is None or self.error is not None:
             return []
-        return json.loads(self._process.ask(link.MESSAGES, START_S))
+        try:
+            return json.loads(self._process.ask(link.MESSAGES, START_S))
+        except FmuError:  # the next step tells
+            return []
 
     def save(self) -> bytes:
         """See FmuHost."""
@@ -134,7 +137,7 @@ class Apart(FmuHost):
         return self._make(link.INIT, max(START_S, self.component.overdue_s), t_ns, dt_ns, vectors)
 
     def _advance(self, t_ns: int, dt_ns: int, *vectors: np.ndarray) -> int:
-        return self._make(link.STEP, self.component.overdue_s, t_ns, dt_ns, vectors)
+        return self._make(link.STEP, self.component.overdue_s or OVERDUE_S, t_ns, dt_ns, vectors)
 
     def _make(self, kind: int, within_s: float, t_ns: int, dt_ns: int, vectors: tuple[np.ndarray, ...]) -> int:
         assert self._process is not None

@@ -76,6 +76,10 @@ class FmuHost:
         """Let the instance go and remove its files."""
         self._release()
 
+    def abandon(self) -> None:
+        """Remove its files alone: it hangs, and the process is about to end."""
+        self.files.close()
+
     def take_messages(self) -> list[str]:
         """Warnings and errors that the FMU has logged since the last time."""
         raise NotImplementedError

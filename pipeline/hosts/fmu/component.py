@@ -12,7 +12,6 @@ from pipeline.hosts.fmu.description import Description, Interface, read
 from pipeline.hosts.fmu.parameters import FmuParameters, checked_shapes, flat, parameters_of
 from pipeline.hosts.fmu.variables import Variable
 
-OVERDUE_S = 1.0  # as of any component that is not stepped in the conductor's process
 ASSUMPTIONS = "whatever its FMU assumes"
 
 
@@ -20,13 +19,14 @@ ASSUMPTIONS = "whatever its FMU assumes"
 class FmuComponent(Component):
     """One interface of an FMU.
 
-    isolate: in a process of its own. overdue_s: wall time after which a call there is taken to hang. inputs' ports, outputs' ports: what each of them is in the FMU, in order.
+    isolate: in a process of its own. overdue_s: wall time after which a call is taken to hang, 0 for the usual one.
+    inputs_in_fmu, outputs_in_fmu: what the ports are in the FMU, in order.
     """
 
     description: Description = field(kw_only=True)
     interface: Interface = field(kw_only=True)
     isolate: bool = field(kw_only=True, default=False)
-    overdue_s: float = field(kw_only=True, default=OVERDUE_S)
+    overdue_s: float = field(kw_only=True, default=0.0)
 
     @property
     def inputs_in_fmu(self) -> list[Variable]:
@@ -56,9 +56,7 @@ def _never(*_: Any) -> int:
     raise AssertionError("an FMU is stepped by its host")
 
 
-def component_of(
-    path: Path, interface: str = "", *, isolate: bool = False, overdue_s: float = OVERDUE_S
-) -> FmuComponent:
+def component_of(path: Path, interface: str = "", *, isolate: bool = False, overdue_s: float = 0.0) -> FmuComponent:
     """The component that the FMU at `path` is. interface: "" for co-simulation where there is one. Raises FmuError."""
     return _component(read(path), interface, isolate, overdue_s)
 

@@ -212,19 +212,17 @@ def _variable(
     one: Any, kind: Any, units: Mapping[str, Any], relative: set[str | None], structural: set[int]
 ) -> Variable:
     declared = one.declaredType
-    name = one.unit or (declared.unit if declared is not None else None) or ""
-    is_relative = one.name in relative or bool(declared is not None and declared.relativeQuantity)
-    unit = conversion(name, units.get(name), is_relative=is_relative) if kind.is_real else Conversion()
+    unit_name: str = one.unit or getattr(declared, "unit", None) or ""
+    is_relative = one.name in relative or bool(getattr(declared, "relativeQuantity", False))
+    unit = conversion(unit_name, units.get(unit_name), is_relative=is_relative) if kind.is_real else Conversion()
     dimensions = tuple(_dimension(one, length, structural) for length in one.dimensions)
     shape = tuple(one.shape or ())
     if math.prod(shape) > MOST or any(length < 0 for length in shape):
         raise FmuError(f"'{one.name}' claims the shape {shape}")
-    bounds = [
-        getattr(one, bound) or (getattr(declared, bound) if declared is not None else None) for bound in ("min", "max")
-    ]
-    low, high = sorted_bounds(*(unit.to_si(float(bound)) if bound else None for bound in bounds), unit)
+    low, high = _bounds(one, unit)
     items = () if declared is None else tuple((item.name, int(item.value)) for item in declared.items)
-    note = f"[{name}]" if name and unit.unit == "1" and unit.is_none and name != "1" else ""
+    is_unknown = unit_name not in ("", "1") and unit.unit == "1" and unit.is_none
+    about = one.description or getattr(declared, "description", None) or ""
     return Variable(
         name=one.name,
         title=one.name,
@@ -240,14 +238,15 @@ def _variable(
         low=low,
         high=high,
         items=items,
-        description=" ".join(
-            filter(None, (one.description or (declared.description if declared is not None else ""), note))
-        ),
+        description=f"{about} [{unit_name}]".strip() if is_unknown else about,
     )
 
 
-def sorted_bounds(low: float | None, high: float | None, unit: Conversion) -> tuple[float | None, float | None]:
-    """Bounds in SI; a negative factor exchanges them, infinite ones are none."""
+def _bounds(one: Any, unit: Conversion) -> tuple[float | None, float | None]:
+    """Least and greatest value in SI; a negative factor exchanges them, infinite ones are none."""
+    declared = one.declaredType
+    texts = [getattr(one, name) or getattr(declared, name, None) for name in ("min", "max")]
+    low, high = (unit.to_si(float(text)) if text else None for text in texts)
     low, high = (high, low) if unit.factor < 0 else (low, high)
     return (
         low if low is not None and math.isfinite(low) else None,

@@ -14,6 +14,7 @@ import numpy as np
 from components.contract import HEADER
 from pipeline.fmu.archive import extracted
 from pipeline.graph import Node
+from pipeline.hosts.fmu import streams
 from pipeline.hosts.fmu.base import FmuHost
 from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.hosts.fmu.description import FmuError
@@ -52,7 +53,7 @@ class Instance(FmuHost):
         outputs = list(zip(self.component.outputs_in_fmu, node.outputs, strict=True))
         self._table = Table(inputs, outputs, when=self._when(self.component))
         self._asked = _ASKED(self._answer)
-        self._table.words[ASK] = ctypes.cast(self._asked, ctypes.c_void_p).value
+        self._table.words[ASK] = ctypes.cast(self._asked, ctypes.c_void_p).value or 0
         self.workspace = self._table.address
 
     @property
@@ -100,6 +101,8 @@ class Instance(FmuHost):
     def _open(self) -> Library:
         """Load the library, once."""
         if self._library is None:
+            streams.divert()
+            self.files.callback(streams.restore)
             folder = self._folder or self.files.enter_context(extracted(self.component.description.path))
             self._library = Library(self.component, folder, self._node.name)
         else:

@@ -4,10 +4,14 @@ It has the contract's signature. w is the address of the host's table (see table
 calls an FMU as it calls any component.
 """
 
+# An intrinsic is called without the typing context that its definition begins with.
+# pyright: reportCallIssue=false
+
 import numpy as np
 from llvmlite import ir
-from numba import carray, cfunc, njit, types  # pyright: ignore[reportAttributeAccessIssue]
+from numba import cfunc, njit, types
 from numba.extending import intrinsic
+from numba.np.numpy_support import carray
 
 from components.compiled import OPTIONS, SIGNATURE
 from components.contract import HEADER

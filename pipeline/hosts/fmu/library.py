@@ -176,7 +176,7 @@ class Library:
             self.update_discrete_states()
             self._do(self._fmu.enterStepMode)
 
-    def meet_event(self, discrete: Callable[[], None]) -> None:
+    def meet_event(self, discrete: Callable[[], object]) -> None:
         """Go through event mode, setting discrete inputs in it by the function given."""
         self._do(self._fmu.enterEventMode)
         discrete()

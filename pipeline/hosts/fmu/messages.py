@@ -50,8 +50,7 @@ def callbacks(fmi: int) -> Any:
 
         module, about = (fmi1, fmi1.fmi1CallbackFunctions) if fmi == 1 else (fmi2, fmi2.fmi2CallbackFunctions)
         found = about()
-        of_type = dict(about._fields_)
-        found.logger = of_type["logger"](_note)
+        found.logger = (fmi1.fmi1CallbackLoggerTYPE if fmi == 1 else fmi2.fmi2CallbackLoggerTYPE)(_note)
         found.allocateMemory = module.defaultCallbacks.allocateMemory
         found.freeMemory = module.defaultCallbacks.freeMemory
         addLoggerProxy(byref(found))

@@ -29,7 +29,7 @@ class Slave(Instance):
         super().__init__(node, vectors, start_ns, folder)
         from pipeline.hosts.fmu import kernel
 
-        self._step = kernel.fmu_step.address
+        self._step = int(kernel.fmu_step.address or 0)
 
     @property
     def step(self) -> int:

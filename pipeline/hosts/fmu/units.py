@@ -10,7 +10,7 @@ from pipeline.quantities import base_units, converts, is_unit, same_unit
 
 BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 # Powers of the bases above -> the name that a reader knows.
-NAMED = {
+NAMED: dict[tuple[int, ...], str] = {
     (1, 1, -2, 0, 0, 0, 0, 0): "N",
     (1, 2, -2, 0, 0, 0, 0, 0): "J",
     (1, 2, -3, 0, 0, 0, 0, 0): "W",
