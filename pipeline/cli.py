@@ -28,6 +28,7 @@ COMMANDS = {
     "host": "offer this machine to a conductor on another one",
     "export": "write a log's channels as parquet or csv",
     "fmu": "build an FMU from a component, or tell what one contains",
+    "convert": "make a scenario from an SSP or an OSP system structure, or an SSP from a scenario of FMUs",
     "catenary": "static catenary between two points",
     "bench": "measure speed against error",
 }

@@ -31,6 +31,8 @@ from pipeline.signals import Reference, port_and_slice, reference
 from pipeline.written import Addend, Change, Happening, Instance, Scenario, Tie, Wire
 from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, plain, read_text
 
+STRUCTURES = (".ssp", ".ssd", ".xml")  # what other tools call systems of FMUs
+
 
 def load_scenario(path: str | Path, overrides: Sequence[str] = (), duration: str | None = None) -> Scenario:
     """Read a scenario file.
@@ -40,6 +42,9 @@ def load_scenario(path: str | Path, overrides: Sequence[str] = (), duration: str
     Raises ScenarioError with all problems of the file.
     """
     path = Path(path)
+    if path.suffix.lower() in STRUCTURES:
+        remedy = f"towline convert {path} -o {path.with_suffix('.yaml').name}"
+        raise ScenarioError([Problem(Place(str(path)), "", f"a system structure; make a scenario of it: {remedy}")])
     text = read_text(path, str(path))
     return load_scenario_text(text, str(path), path.absolute().parent, overrides, duration)
 

@@ -50,6 +50,7 @@ int core_may_be_made(const char *token) {
 
 Status core_step(Model *m, double t, double h, int *event) {
     *event = 0;
+    m->v.reached = t;
     Status status = model_trouble(m, IN_STEP);
     if (status > WARNING)
         return status;
@@ -65,7 +66,6 @@ Status core_step(Model *m, double t, double h, int *event) {
         core_log(m, ERROR, text);
         return ERROR;
     }
-    m->v.reached = t;
     Status stepped = model_step(m, h, event);
     model_outputs(&m->v);
     return stepped > status ? stepped : status;

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from math import prod
 from xml.sax.saxutils import quoteattr
+from zlib import crc32
 
-TOKEN = "{8c4e810f-3da3-4a00-8276-176fa3c9f013}"
 TIME = 599  # its value reference in FMI 3
 UNITS = {  # powers of SI's base units, and the factor to them
     "m": ({"m": 1}, 1.0),
@@ -71,6 +71,11 @@ class Model:
     stop: str = "1"
 
 
+def token(name: str) -> str:
+    """What a model's description and binary know each other by; importers tell FMUs apart by it."""
+    return f"{{8c4e810f-3da3-4a00-8276-{crc32(name.encode()):012x}}}"
+
+
 def described(model: Model, fmi: int) -> str:
     """The document."""
     return {1: _fmi1, 2: _fmi2, 3: _fmi3}[fmi](model)
@@ -126,7 +131,8 @@ def _fmi1(model: Model) -> str:
     units = "".join(f"<BaseUnit unit={quoteattr(unit)}/>" for unit in _units(model))
     return (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<fmiModelDescription fmiVersion="1.0" modelName="{model.name}" '
-        f'modelIdentifier="{model.name}" guid="{TOKEN}" numberOfContinuousStates="0" numberOfEventIndicators="0">\n'
+        f'modelIdentifier="{model.name}" guid="{token(model.name)}" '
+        'numberOfContinuousStates="0" numberOfEventIndicators="0">\n'
         + f"<UnitDefinitions>{units}</UnitDefinitions>"
         + f'<TypeDefinitions><Type name="Choice"><EnumerationType>{items}</EnumerationType></Type></TypeDefinitions>\n'
         + f'<DefaultExperiment startTime="0" stopTime="{model.stop}"/>\n'
@@ -166,7 +172,7 @@ def _fmi2(model: Model) -> str:
     items = "".join(f'<Item name="{name}" value="{value}"/>' for name, value in CHOICES.items())
     return (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<fmiModelDescription fmiVersion="2.0" modelName="{model.name}" '
-        f'guid="{TOKEN}" numberOfEventIndicators="{len(model.indicators)}">\n'
+        f'guid="{token(model.name)}" numberOfEventIndicators="{len(model.indicators)}">\n'
         + "".join(
             f"<{kind}{_attributes(modelIdentifier=model.name)}"
             + _attributes(**({} if kind == "ModelExchange" else of_steps) | _common(mine, kind))
@@ -237,7 +243,7 @@ def _fmi3(model: Model) -> str:
     items = "".join(f'<Item name="{name}" value="{value}"/>' for name, value in CHOICES.items())
     return (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<fmiModelDescription fmiVersion="3.0" modelName="{model.name}" '
-        f'instantiationToken="{TOKEN}">\n'
+        f'instantiationToken="{token(model.name)}">\n'
         + "".join(
             f"<{kind}{_attributes(modelIdentifier=model.name)}"
             + _attributes(**({} if kind == "ModelExchange" else of_steps) | _common(model.flags, kind))

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import fmpy
-from description import TOKEN, Model, Variable, described
+from description import Model, Variable, described, token
 
 HERE = Path(__file__).parent
 HEADERS = Path(fmpy.__file__).parent / "c-code"
@@ -164,7 +164,10 @@ class ForeignFmus:
         edit: Callable[[str], str] | None = None,
         files: dict[str, bytes] | None = None,
     ) -> Path:
-        """The FMU. defines: of the C source. edit: makes its description lie. files: more of them in the archive."""
+        """The FMU.
+
+        defines: of the C source, or flags of the compiler. edit: makes its description lie. files: more in the archive.
+        """
         key = (repr(model), fmi, defines)
         if edit is None and files is None and key in self._made:
             return self._made[key]
@@ -187,9 +190,15 @@ class ForeignFmus:
         key = (name, fmi, defines)
         if key not in self._made:
             path = self._folder / f"{name}_{fmi}_{len(self._made)}.so"
-            words = ["gcc", *FLAGS, f"-I{HEADERS}", f"-I{HERE}", f"-DPREFIX={name}", f'-DMODEL_TOKEN="{TOKEN}"']
+            words = ["gcc", *FLAGS, f"-I{HEADERS}", f"-I{HERE}", f"-DPREFIX={name}", f'-DMODEL_TOKEN="{token(name)}"']
             sources = [str(HERE / source) for source in (f"{name}.c", "core.c", f"fmi{fmi}.c")]
-            words += [*(f"-D{one}" for one in defines), *sources, "-lm", "-o", str(path)]
+            words += [
+                *(one if one.startswith("-") else f"-D{one}" for one in defines),
+                *sources,
+                "-lm",
+                "-o",
+                str(path),
+            ]
             subprocess.run(words, check=True, capture_output=True, text=True, timeout=COMPILING_S)
             self._made[key] = path
         return self._made[key]

@@ -8,7 +8,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from description import TOKEN
+from description import token
 from fmpy.fmi3 import FMU3Slave
 from fmpy.simulation import simulate_fmu
 from fmpy.validation import validate_fmu
@@ -114,7 +114,7 @@ def test_arrays(foreign, tmp_path):
     """Sized by the structural parameter in configuration mode."""
     path = foreign(ARRAYS, 3)
     place = fmpy.extract(str(path), str(tmp_path))
-    fmu = FMU3Slave(guid=TOKEN, unzipDirectory=place, modelIdentifier="arrays", instanceName="a")
+    fmu = FMU3Slave(guid=token("arrays"), unzipDirectory=place, modelIdentifier="arrays", instanceName="a")
     fmu.instantiate()
     fmu.enterConfigurationMode()
     fmu.setUInt64([1000], [3])
