@@ -198,7 +198,9 @@ LIES = {
     "library": (lambda text: text.replace('modelIdentifier="bad"', 'modelIdentifier="worse"'), "worse.so"),
     "name": (lambda text: text.replace('name="at"', 'name="y"'), "two of its variables are named 'y'"),
     "tool": (
-        lambda text: text.replace('modelIdentifier="bad"', 'modelIdentifier="bad" needsExecutionTool="true"'),
+        lambda text: text.replace('modelIdentifier="bad"', 'modelIdentifier="bad" needsExecutionTool="true"').replace(
+            "8c4e810f", "00000000"
+        ),
         "needsExecutionTool",
     ),
     "start value": (lambda text: text.replace('start="1.0"', 'start="one"'), "'largest'"),

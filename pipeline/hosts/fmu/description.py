@@ -110,8 +110,6 @@ def _description(path: Path, digest: str, told: Any, root: Any) -> Description:
     if not interfaces:
         raise FmuError(f"its {DOCUMENT} names neither co-simulation nor model exchange")
     for one in interfaces:
-        if one.needs_tool:
-            raise FmuError("it needs its tool to run it (needsExecutionTool), which is not supported")
         binary(path, told.fmiVersion, one.identifier)
     shapes, frames = _annotated(root)
     relative = {element.get("name") for element in root.iter() if element.get("relativeQuantity") in ("true", "1")}

@@ -61,9 +61,14 @@ class Library:
             )
         except Exception as error:  # the linker's among them
             text = (str(error).splitlines() or [type(error).__name__])[0]
-            raise FmuError(f"{self.description.path.name} cannot be loaded: {text}") from error
+            raise FmuError(f"{self.description.path.name} cannot be loaded: {text}{self._needs()}") from error
         finally:
             os.chdir(before)  # fmpy leaves it elsewhere where loading fails
+
+    def _needs(self) -> str:
+        """What may be missing on this machine, as the end of a sentence."""
+        tool = "; it needs the tool that made it on this machine (needsExecutionTool)"
+        return tool if self.interface.needs_tool else ""
 
     @property
     def address(self) -> int:
@@ -85,7 +90,7 @@ class Library:
             text = (
                 f"{self.description.path.name} gave no instance: its library and its description may not be of one make"
             )
-            raise FmuError(f"{text}{self.last_words()}") from error
+            raise FmuError(f"{text}{self._needs()}{self.last_words()}") from error
         self.is_instantiated = True
         self._choose_messages()
 
