@@ -41,10 +41,11 @@ def command(arguments: argparse.Namespace) -> int:
     notes = _write_ssp(source, out) if is_scenario else _write_scenario(arguments, out)
     for text in notes:
         warn(text)
+    checked = "" if is_scenario else _checked(out)
     if arguments.json:
         print_json({"out": str(out), "notes": notes})
     else:
-        console().print(f"{out}{_check(out) if not is_scenario else ''}")
+        console().print(f"{out}{checked}")
     return 0
 
 
@@ -76,12 +77,15 @@ def _write_scenario(arguments: argparse.Namespace, out: Path) -> list[str]:
             raise TowlineError(f"{arguments.source}: its root is {kind}; expected an SSD or an {osp.ROOT}")
         if package.is_closed:
             folder = out.with_name(f"{out.stem}_fmus")
+            if folder.exists() and not arguments.overwrite:
+                raise TowlineError(f"{folder} exists, where the FMUs would go; give another --out, or --overwrite")
             names = _copies(package.folder, _fmus(system))
-            copied(names, folder)
             written = {path: f"{folder.name}/{name}" for path, name in names.items()}
+            text = scenario_text(system, written, step_ns, duration_ns, is_delayed)
+            copied(names, folder)
         else:
             written = {path: relative(path, out.parent) for path in _fmus(system)}
-        text = scenario_text(system, written, step_ns, duration_ns, is_delayed)
+            text = scenario_text(system, written, step_ns, duration_ns, is_delayed)
     _write(out, text.encode())
     return system.notes
 
@@ -98,7 +102,7 @@ def _copies(folder: Path, fmus: list[Path]) -> dict[Path, str]:
     return {path: path.resolve().relative_to(folder.resolve()).as_posix().replace("/", "_") for path in fmus}
 
 
-def _check(out: Path) -> str:
+def _checked(out: Path) -> str:
     """What to do with the scenario. Raises ScenarioError or WiringError where it does not run as it is."""
     from pipeline.scenario import load_scenario
     from pipeline.wiring import build_graph

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import Element as Xml
+from xml.etree.ElementTree import SubElement
 
 from pipeline import archive
-from pipeline.ssp.ssv import SSC
+from pipeline.ssp.ssv import SSC, SSD
 from pipeline.xml_source import parse_xml
 
 TYPE = "towline"
@@ -22,6 +24,13 @@ def read(element: Any) -> dict[str, Any]:
                 if annotation.get("type") == TYPE:
                     return _object(annotation.findtext("{*}Settings") or "")
     return {}
+
+
+def write(element: Xml, settings: dict[str, Any]) -> None:
+    """Annotate an element of an SSD."""
+    holder = SubElement(element, f"{SSD}Annotations")
+    one = SubElement(holder, f"{SSC}Annotation", type=TYPE)
+    SubElement(one, "Settings").text = json.dumps(settings)
 
 
 def _object(text: str) -> dict[str, Any]:

@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import io
-import json
 import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element as Xml
 from xml.etree.ElementTree import SubElement, indent, register_namespace, tostring
 
 from pipeline.errors import TowlineError
-from pipeline.fmu.archive import model_description
 from pipeline.graph import Graph, Node, Term
 from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.hosts.fmu.parameters import FmuParameters
-from pipeline.hosts.fmu.units import BASES, Conversion
+from pipeline.hosts.fmu.units import Conversion
 from pipeline.ssp import annotations
 from pipeline.ssp.scenario_text import OF_PART, OF_SYSTEM
-from pipeline.ssp.ssd import FMU, INTERFACES, SSD
-from pipeline.ssp.ssv import SSC, SSV
+from pipeline.ssp.ssd import FMU, INTERFACES
+from pipeline.ssp.ssv import SSC, SSD, SSV, definition, written
 from pipeline.ssp.system import Affine, between, of_unit
-from pipeline.ssp.variables import Element, elements
+from pipeline.ssp.variables import Element, elements, told, units_of
 from pipeline.written import Instance, Scenario
 from pipeline.yaml_source import plain
 
@@ -149,9 +146,9 @@ class _Writing:
 
     def _unit_name(self, member: _Member, name: str) -> str:
         """The FMU's own name of a variable's unit, where the FMU defines it."""
-        told = _told(member.path)[name]
-        unit = told.unit or (told.declaredType.unit if told.declaredType is not None else None) or ""
-        return unit if unit in _units_of(member.path) else ""
+        one = told(member.path)[name]
+        unit = one.unit or (one.declaredType.unit if one.declaredType is not None else None) or ""
+        return unit if unit in units_of(member.path) else ""
 
     def _parameters(self, element: Xml, member: _Member) -> None:
         """Values that are not as the FMU starts, and constants that inputs are wired to."""
@@ -177,10 +174,12 @@ class _Writing:
         listed = SubElement(inner, f"{SSV}Parameters")
         used = set()
         for title, number in given.items():
-            if isinstance(number, int) and not -(2**31) <= number < 2**31:
+            one = member.known[title]
+            is_whole = one.variable.kind.is_number and not one.variable.kind.is_real
+            if is_whole and not -(2**31) <= number < 2**31:
                 self.faults.append(f"'{member.node.name}.{title}' is {number}, beyond the Integer of SSP 1.0")
             parameter = SubElement(listed, f"{SSV}Parameter", name=title)
-            self._type(parameter, SSV, member, title, member.known[title], value=_value(number, member.known[title]))
+            self._type(parameter, SSV, member, title, one, value=written(number, one.variable))
             used.add(self._unit_name(member, title))
         self._units(inner, SSV, used - {""})
 
@@ -190,18 +189,19 @@ class _Writing:
         for term in member.node.terms:
             for k in range(term.count):
                 port, position = inputs[term.target + k]
+                if not term.assigns:
+                    self.faults.append(f"'{member.node.name}.{port}' is fed by a sum")
+                    return
                 is_constant = term.gain == 0.0 and term.source == 0
-                if is_constant and self._is_start(member, port, position, term.offset[k]):
+                constant = term.offset[k] if term.offset else 0.0
+                if is_constant and self._is_start(member, port, position, constant):
                     continue
                 target = self._end(member, port, position)
                 if target is None:
                     return
-                if not term.assigns:
-                    self.faults.append(f"'{member.node.name}.{port}' is fed by a sum")
-                    return
                 if is_constant:
                     unit = member.known[target].variable.unit
-                    member.starts[target] = unit.to_fmu(term.offset[k])
+                    member.starts[target] = unit.to_fmu(constant)
                     continue
                 connection = self._connection(member, target, term, k)
                 if connection is not None:
@@ -233,11 +233,11 @@ class _Writing:
         if change != Affine():
             about = {"factor": repr(float(change.factor)), "offset": repr(float(change.offset))}
             SubElement(connection, f"{SSC}LinearTransformation", about)
-        told: dict[str, Any] = {"delay": term.delayed}
+        more: dict[str, Any] = {"delay": term.delayed}
         if term.delayed:
-            told["initial"] = term.initial[k] if term.initial else 0.0
+            more["initial"] = term.initial[k] if term.initial else 0.0
             self._note("which wires are delayed, and what they carry before the first step")
-        _annotation(connection, told)
+        annotations.write(connection, more)
         return connection
 
     def _change(self, connection: Xml, made: Affine, given: Conversion | None, wanted: Conversion | None) -> Affine:
@@ -267,14 +267,14 @@ class _Writing:
             return
         units = SubElement(holder, f"{space}Units")
         for name in sorted(names):
-            found = [known[name] for known in map(_units_of, self.fmus) if name in known]
-            if len({_definition(one) for one in found}) > 1:
+            found = [known[name] for known in map(units_of, self.fmus) if name in known]
+            if len({definition(one) for one in found}) > 1:
                 self.notes.append(f"the unit {name} is not the same in all FMUs; the first one's definition is written")
-            SubElement(SubElement(units, f"{SSC}Unit", name=name), f"{SSC}BaseUnit", dict(_definition(found[0])))
+            SubElement(SubElement(units, f"{SSC}Unit", name=name), f"{SSC}BaseUnit", dict(definition(found[0])))
 
     def _annotate(self, element: Xml, settings: dict[str, Any], label: str) -> None:
         if settings:
-            _annotation(element, settings)
+            annotations.write(element, settings)
             self._note(f"{label}{', '.join(settings)}")
 
     def _note(self, what: str) -> None:
@@ -292,50 +292,9 @@ def _member(node: Node, instance: Instance) -> _Member:
     return _Member(node, instance, path, known, titles, node.parameters.changed())
 
 
-@lru_cache(64)
-def _told(path: Path) -> dict[str, Any]:
-    """The FMU's variables by name, as fmpy reads them."""
-    return {one.name: one for one in model_description(path).modelVariables}
-
-
-@lru_cache(64)
-def _units_of(path: Path) -> dict[str, Any]:
-    """Definitions of the FMU's units by name."""
-    return {unit.name: unit.baseUnit for unit in model_description(path).unitDefinitions}
-
-
-def _definition(base: Any) -> tuple[tuple[str, str], ...]:
-    """A unit's definition as attributes; FMI and SSP write it alike."""
-    if base is None:
-        return ()
-    powers = [(key, str(int(getattr(base, key)))) for key in BASES if int(getattr(base, key) or 0)]
-    usual = (("factor", 1.0), ("offset", 0.0))
-    return (
-        *powers,
-        *((key, repr(float(getattr(base, key)))) for key, one in usual if float(getattr(base, key)) != one),
-    )
-
-
-def _annotation(element: Xml, settings: dict[str, Any]) -> None:
-    holder = SubElement(element, f"{SSD}Annotations")
-    one = SubElement(holder, f"{SSC}Annotation", type=annotations.TYPE)
-    SubElement(one, "Settings").text = json.dumps(settings)
-
-
 def _numbers(ports: Any) -> list[tuple[str, int]]:
     """Each number of the ports in turn: the port's name and which of its numbers."""
     return [(port.name, position) for port in ports for position in range(port.size)]
-
-
-def _value(number: Any, one: Element) -> str:
-    names = {value: name for name, value in one.variable.items}
-    if one.variable.kind.name == "Enumeration":
-        return names.get(int(number), str(int(number)))
-    if isinstance(number, bool):
-        return str(number).lower()
-    if isinstance(number, float) and not one.variable.kind.is_real:
-        return str(bool(number)).lower() if one.variable.kind.is_boolean else str(int(number))
-    return repr(number) if isinstance(number, float) else str(number)
 
 
 def _seconds(ns: int) -> str:

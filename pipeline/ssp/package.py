@@ -34,10 +34,13 @@ class Package:
             raise TowlineError(f"{self.shown}: '{source[:200]}' is not a file of the package; only such are read")
         name = unquote(parts.path)
         path = Path(name) if name.startswith("/") else self.folder / posixpath.dirname(base) / name
-        is_inside = path.resolve().is_relative_to(self.folder.resolve())
+        try:
+            is_inside, is_file = path.resolve().is_relative_to(self.folder.resolve()), path.is_file()
+        except OSError as error:
+            raise TowlineError(f"{self.shown}: '{source[:200]}' cannot be read: {error.strerror}") from error
         if self.is_closed and not is_inside:
             raise TowlineError(f"{self.shown}: '{source[:200]}' leads out of the package")
-        if not path.is_file():
+        if not is_file:
             raise TowlineError(f"{self.shown}: there is no file '{source[:200]}'")
         return path
 
@@ -46,7 +49,10 @@ class Package:
         path = self.path(source, base)
         if path.stat().st_size > LARGEST:
             raise TowlineError(f"{self.shown}: {source} has {path.stat().st_size / 1e6:.0f} MB; it is not read")
-        return parse_xml(path.read_bytes(), f"{self.shown}: {source}")
+        try:
+            return parse_xml(path.read_bytes(), f"{self.shown}: {source}")
+        except OSError as error:
+            raise TowlineError(f"{self.shown}: {source} cannot be read: {error.strerror}") from error
 
 
 @contextmanager

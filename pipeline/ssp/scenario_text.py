@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -18,22 +18,15 @@ from pipeline.errors import TowlineError
 from pipeline.fmu.archive import model_description
 from pipeline.hosts.fmu.variables import Variable
 from pipeline.quantities import as_time, is_plain, ratio, same_unit
-from pipeline.ssp.system import Affine, End, Feed, Link, Part, System, Value, between, of_unit
+from pipeline.ssp.system import Affine, End, Feed, Link, Part, System, Value, between, of_unit, time_ns
 from pipeline.ssp.variables import Element, elements
+from pipeline.ssp.wires import Wire
+from pipeline.ssp.wires import inputs as written_inputs
 from pipeline.yaml_source import CoreDumper
 
 DURATION_NS = 10_000_000_000  # of a system that does not tell how long it runs
 OF_SYSTEM = ("seed", "scene", "bus", "hosts", "machines", "events")
 OF_PART = ("isolate", "record", "overdue")
-
-
-@dataclass(frozen=True)
-class _Wire:
-    """A wire as it will be written: into an element of an input, a mapping or text for each addend."""
-
-    target: Element
-    sources: tuple[Element, ...]
-    addends: tuple[Any, ...]  # with "{}" where the source's slice goes
 
 
 def scenario_text(
@@ -50,7 +43,11 @@ def scenario_text(
     """
     if not system.parts:
         raise TowlineError(f"{system.name}: there is no FMU in it")
-    return _Writing(system, fmus).text(step_ns, duration_ns, system.are_delayed if is_delayed is None else is_delayed)
+    is_delayed = system.are_delayed if is_delayed is None else is_delayed
+    try:
+        return _Writing(system, fmus).text(step_ns, duration_ns, is_delayed)
+    except (ValueError, OverflowError) as error:
+        raise TowlineError(f"{system.name}: {error}") from error
 
 
 class _Writing:
@@ -87,7 +84,7 @@ class _Writing:
         for part in self._system.parts:
             experiment = model_description(part.fmu).defaultExperiment
             if experiment is not None and experiment.stepSize:
-                steps.append(round(Fraction(str(experiment.stepSize)) * 10**9))
+                steps.append(time_ns(str(experiment.stepSize), f"{part.title}: the step"))
         if not steps or min(steps) <= 0:
             raise TowlineError(f"{self._system.name}: no step is told, nor by its FMUs; give it by --step")
         self._system.note(f"no step is told; {as_time(min(steps))} is the shortest of the FMUs' own")
@@ -141,7 +138,7 @@ class _Writing:
         if parameters := self._parameters(part):
             entry["parameters"] = parameters
         wires = [self._wire(link) for link in links if link.target.part == part.title]
-        if inputs := _inputs([wire for wire in wires if wire is not None]):
+        if inputs := written_inputs([wire for wire in wires if wire is not None]):
             entry["inputs"] = inputs
         return entry
 
@@ -180,7 +177,7 @@ class _Writing:
         exact = number.factor * Fraction(given) + number.offset
         return float(exact) if kind.is_real else bool(exact) if kind.is_boolean else round(exact)
 
-    def _wire(self, link: Link) -> _Wire | None:
+    def _wire(self, link: Link) -> Wire | None:
         target = self._end(link.target, "input")
         found = [(feed, self._end(feed.source, "output")) for feed in link.feeds]
         if target is None or any(source is None for _, source in found):
@@ -190,7 +187,7 @@ class _Writing:
             self._system.note(f"{_label(link.target)}: a whole array is wired to one of its elements; it is left out")
             return None
         addends = tuple(self._addend(feed, source, target) for feed, source in zip(link.feeds, sources, strict=True))
-        return _Wire(target, sources, addends)
+        return Wire(target, sources, addends)
 
     def _end(self, end: End, causality: str) -> Element | None:
         element = elements(self._parts[end.part].fmu).get(end.variable)
@@ -245,45 +242,6 @@ def _reaches(onward: Mapping[str, set[str]], start: str, goal: str) -> bool:
             seen.add(one)
             ahead += onward[one]
     return False
-
-
-def _inputs(wires: list[_Wire]) -> dict[str, Any]:
-    """The wires by input; those of all elements of an array as one where they are alike."""
-    by_port: dict[str, list[_Wire]] = {}
-    for wire in wires:
-        by_port.setdefault(wire.target.variable.name, []).append(wire)
-    found: dict[str, Any] = {}
-    for port, members in by_port.items():
-        if _are_alike(members):
-            found[port] = _joined(members[0].addends, [""] * len(members[0].addends))
-            continue
-        for wire in members:
-            found[f"{port}{wire.target.slice}"] = _joined(wire.addends, [source.slice for source in wire.sources])
-    return found
-
-
-def _are_alike(members: list[_Wire]) -> bool:
-    """Whether they feed a whole array from whole arrays of its shape, each element in the same way."""
-    first = members[0]
-    port = first.target.variable
-    if first.target.position is None or not port.shape or len(members) != port.size:
-        return False
-    in_order = sorted(members, key=lambda wire: wire.target.position or 0)
-    plain = all(isinstance(a, str) or not {"offset", "initial"} & a.keys() for wire in members for a in wire.addends)
-    return plain and all(
-        wire.addends == first.addends
-        and all(source.position == k and source.variable.shape == port.shape for source in wire.sources)
-        for k, wire in enumerate(in_order)
-    )
-
-
-def _joined(addends: tuple[Any, ...], slices: list[str]) -> Any:
-    filled = [_filled(addend, text) for addend, text in zip(addends, slices, strict=True)]
-    return filled[0] if len(filled) == 1 else {"sum": filled}
-
-
-def _filled(addend: Any, text: str) -> Any:
-    return addend.format(text) if isinstance(addend, str) else addend | {"from": addend["from"].format(text)}
 
 
 def _quantity(number: Any, one: Variable) -> Any:

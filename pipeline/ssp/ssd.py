@@ -10,11 +10,10 @@ from pipeline.errors import TowlineError
 from pipeline.hosts.fmu.units import Conversion
 from pipeline.ssp import annotations
 from pipeline.ssp.package import Package
-from pipeline.ssp.ssv import SSC, SSM, SSV, mapped, parameter_set, transformation, unit_of, units
+from pipeline.ssp.ssv import SSC, SSD, SSM, SSV, mapped, parameter_set, transformation, unit_of, units
 from pipeline.ssp.system import Affine, End, Feed, Link, Part, System, Value, between, time_ns
 from pipeline.ssp.variables import elements
 
-SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 FMU = "application/x-fmu-sharedlibrary"
 INTERFACES = {"CoSimulation": "co-simulation", "ModelExchange": "model-exchange", "any": ""}
 NO_MEANING = ("ElementGeometry", "SystemGeometry", "ConnectorGeometry", "ConnectionGeometry", "GraphicalElements")
@@ -191,7 +190,7 @@ class _Reading:
         return found
 
     def _document(self, holder: Any, place: Place) -> Any:
-        if holder.get("sourceBase", "SSD") == "component":
+        if holder.get("sourceBase", "SSD") == "component" and place in self.parts:
             return annotations.member(self.parts[place].fmu, holder.get("source", ""))
         return self.package.document(holder.get("source", ""))
 

@@ -7,8 +7,10 @@ from types import SimpleNamespace
 from typing import Any
 
 from pipeline.hosts.fmu.units import BASES, Conversion, conversion
+from pipeline.hosts.fmu.variables import Variable
 from pipeline.ssp.system import Affine, Value, number
 
+SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
 SSM = "{http://ssp-standard.org/SSP1/SystemStructureParameterMapping}"
@@ -118,3 +120,27 @@ READ = {
     "Enumeration": _text,
     "Binary": _text,
 }
+
+
+def definition(base: Any) -> tuple[tuple[str, str], ...]:
+    """A unit's definition as attributes; FMI and SSP write it alike."""
+    if base is None:
+        return ()
+    powers = [(key, str(int(getattr(base, key)))) for key in BASES if int(getattr(base, key) or 0)]
+    usual = (("factor", 1.0), ("offset", 0.0))
+    return (
+        *powers,
+        *((key, repr(float(getattr(base, key)))) for key, one in usual if float(getattr(base, key)) != one),
+    )
+
+
+def written(number: Any, one: Variable) -> str:
+    """A number, truth or text of an FMU's variable as an SSV has it."""
+    names = {value: name for name, value in one.items}
+    if one.kind.name == "Enumeration":
+        return names.get(int(number), str(int(number)))
+    if isinstance(number, bool):
+        return str(number).lower()
+    if isinstance(number, float) and not one.kind.is_real:
+        return str(bool(number)).lower() if one.kind.is_boolean else str(int(number))
+    return repr(number) if isinstance(number, float) else str(number)

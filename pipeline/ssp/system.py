@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -100,6 +101,7 @@ class System:
 
     def note(self, text: str) -> None:
         """Add a line, once."""
+        text = " ".join(text.split())
         if text not in self.notes:
             self.notes.append(text)
 
@@ -120,10 +122,9 @@ def between(source: Conversion | None, target: Conversion | None) -> Affine | No
 
 def time_ns(text: str, what: str) -> int:
     """Seconds as written, to the nearest nanosecond. Raises ValueError."""
-    try:
-        seconds = Fraction(text.strip())
-    except (ValueError, ZeroDivisionError):
-        raise ValueError(f"{what} '{text[:40]}' is no number of seconds") from None
+    seconds = _exact(text)
+    if seconds is None:
+        raise ValueError(f"{what} '{text[:40]}' is no number of seconds")
     if abs(seconds) >= 2**63 // 10**9:
         raise ValueError(f"{what} of {text[:40]} s is beyond 292 years")
     return round(seconds * 10**9)
@@ -133,11 +134,18 @@ def number(text: str | None, default: int, what: str) -> Fraction:
     """A decimal number as written, exactly. Raises ValueError."""
     if text is None:
         return Fraction(default)
-    try:
-        if len(text) > 100:
-            raise ValueError
-        value = Fraction(text.strip())
-        float(value)
-    except (ValueError, ZeroDivisionError, OverflowError):
-        raise ValueError(f"{what} '{text[:40]}' is no finite number") from None
+    value = _exact(text)
+    if value is None:
+        raise ValueError(f"{what} '{text[:40]}' is no finite number")
     return value
+
+
+def _exact(text: str) -> Fraction | None:
+    """A decimal number that float64 can hold; None where it is none. A few characters may claim a billion digits."""
+    try:
+        value = Decimal(text.strip()) if len(text) <= 100 else None
+    except InvalidOperation:
+        return None
+    if value is None or not value.is_finite() or (value and abs(value.adjusted()) > 300):
+        return None
+    return Fraction(value)

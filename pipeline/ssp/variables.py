@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +14,8 @@ from pipeline.fmu.archive import model_description
 from pipeline.hosts.fmu.description import Description, read
 from pipeline.hosts.fmu.units import Conversion
 from pipeline.hosts.fmu.variables import Variable
+
+_INDEX = re.compile(r"\[[^\[\]]*\]")
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,18 @@ def _elements(description: Description) -> dict[str, Element]:
     found = {}
     for told in model_description(description.path).modelVariables:
         for variable, position in homes.get((told.causality, told.valueReference), ()):
-            if told.name == variable.title or told.name.startswith(variable.title.split(".")[0]):
+            if variable.title in (told.name, _INDEX.sub("", told.name)):
                 found.setdefault(told.name, Element(variable, position))
     return found
+
+
+@lru_cache(64)
+def told(path: Path) -> dict[str, Any]:
+    """The FMU's variables by name, as fmpy reads them."""
+    return {one.name: one for one in model_description(path).modelVariables}
+
+
+@lru_cache(64)
+def units_of(path: Path) -> dict[str, Any]:
+    """Definitions of the FMU's units by name."""
+    return {unit.name: unit.baseUnit for unit in model_description(path).unitDefinitions}

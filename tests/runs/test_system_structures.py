@@ -234,7 +234,7 @@ def value(name: str, kind: str, text: str, unit: str = "") -> str:
     )
 
 
-def linear(factor: float, offset: float = 0.0) -> str:
+def linear(factor: float | str, offset: float = 0.0) -> str:
     return f'<ssc:LinearTransformation factor="{factor}" offset="{offset}"/>'
 
 
@@ -560,6 +560,13 @@ HOSTILE = [
         "the parameter mu 'fast' is no finite number",
     ),
     (ssd(component("a", "vdp.fmu", values(value("mu", "Boolean", "perhaps")))), "is neither true nor false"),
+    (ssd(component("a", "vdp.fmu"), wire("a.x", "a.neighbour", linear("1e99999999"))), "is no finite number"),
+    (ssd(component("a", "vdp.fmu"), more='<ssd:DefaultExperiment stopTime="1e-99999999"/>'), "is no number of seconds"),
+    (ssd(component("a", "a" * 300)), "cannot be read: File name too long"),
+    (
+        ssd(component("a", "vdp.fmu", values(value("mu", "Real", "1")).replace("value=", "worth="))),
+        "is no finite number",
+    ),
     (ssd(component("a", "set.ssv")), "set.ssv"),
     (ssd("").replace("<ssd:Elements></ssd:Elements>", ""), "there is no FMU in it"),
     (OSP.replace('function="scaling" name="in"', 'function="ghost" name="in"'), "names the function 'ghost'"),
@@ -603,6 +610,7 @@ def test_what_an_ssp_cannot_say_is_listed(place, capsys):
         "  b: {fmu: vdp.fmu, inputs: {neighbour: 'wall.motion.position[0]'}}\n"
         "  c: {fmu: arrays3.fmu, parameters: {A: [[1, 2], [3, 4]]}}\n"
         "  d: {fmu: arrays3.fmu, inputs: {u: c.y}}\n"
+        "  e: {fmu: vdp.fmu, inputs: {neighbour: {sum: [a.x, 0 m]}}}\n"
     )
     lines = refusal(capsys, "no.yaml").splitlines()
     assert lines == [
@@ -610,6 +618,7 @@ def test_what_an_ssp_cannot_say_is_listed(place, capsys):
         "an SSP cannot say so",
         "towline: no.yaml: 'a.neighbour' is fed by a sum; an SSP cannot say so",
         "towline: no.yaml: 'd.u' is an array of FMI 3, which is wired; an SSP cannot say so",
+        "towline: no.yaml: 'e.neighbour' is fed by a sum; an SSP cannot say so",
         "towline: no.yaml: 'c.A' is an array of FMI 3; an SSP cannot say so",
     ]
     assert not Path("no.ssp").exists()
