@@ -171,7 +171,8 @@ def test_no_process_outlives_the_run(foreign, tmp_path):
     (child,) = children
     os.kill(run.pid, signal.SIGKILL)
     run.wait()
-    assert psutil.wait_procs([child], timeout=10)[1] == []
+    left = psutil.wait_procs([child], timeout=10)[1]
+    assert [one for one in left if one.status() != psutil.STATUS_ZOMBIE] == []  # init need not reap it
 
 
 def test_instances_that_a_process_may_have_once(foreign, run):
@@ -190,7 +191,7 @@ def test_instances_that_a_process_may_have_once(foreign, run):
 
 
 LIES = {
-    "GUID": (lambda text: text.replace("8c4e810f", "00000000"), "gave no instance"),
+    "GUID": (lambda text: text.replace("8c4e810f", "00000000"), "cannot be instantiated"),
     "value reference": (
         lambda text: text.replace('name="u" valueReference="3"', 'name="u" valueReference="77777"'),
         "'u'",

@@ -148,7 +148,8 @@ def test_fixed_internal_steps_divide_the_period(foreign, tmp_path):
 
 def test_resolved_scenario_gives_the_same_graph(foreign, tmp_path):
     path = foreign(ARRAYS, 3)
-    text = f"a: {{fmu: {path}, interface: co-simulation, isolate: true, parameters: {{arm.span: 3 m}}, inputs: {{u: [1 m, 2 m]}}}}"
+    own = "isolate: true, parameters: {arm.span: 3 m}, inputs: {u: [1 m, 2 m]}"
+    text = f"a: {{fmu: {path}, interface: co-simulation, {own}}}"
     whole = f"duration: 1 s\nstep: 10 ms\ncomponents:\n  {text}\n"
     first = load_scenario_text(whole, "scene.yaml", tmp_path)
     again = load_scenario_text(first.resolved_text(), "again.yaml", Path("/"))
@@ -157,6 +158,7 @@ def test_resolved_scenario_gives_the_same_graph(foreign, tmp_path):
 
 
 def test_scenes_without_fmus_do_not_load_fmpy():
-    code = "import sys; from pipeline.scenario import load_scenario; load_scenario('scenarios/van_der_pol.yaml'); print('fmpy' in sys.modules, 'lxml' in sys.modules)"
+    code = "import sys; from pipeline.scenario import load_scenario; load_scenario('scenarios/van_der_pol.yaml'); "
+    code += "print('fmpy' in sys.modules, 'lxml' in sys.modules)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=Path(__file__).parents[2])
     assert found.stdout.split() == ["False", "False"], found.stderr

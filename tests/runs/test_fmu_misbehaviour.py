@@ -224,7 +224,7 @@ def test_a_run_that_is_ended_leaves_no_process(number, foreign, place):
         _, told = process.communicate(timeout=30)
         assert process.returncode == (-9 if number == signal.SIGKILL else 130)
         _, alive = psutil.wait_procs(theirs, timeout=10)
-        assert alive == []
+        assert [one for one in alive if one.status() != psutil.STATUS_ZOMBIE] == []  # init need not reap them
         assert number == signal.SIGKILL or told.splitlines()[-1] == "towline: interrupted"
     finally:
         process.kill()
@@ -280,7 +280,12 @@ LIES = {
         lambda text: re.sub("<CoSimulation[^>]*>", "", text),
         "neither co-simulation nor model exchange",
     ),
-    "a tool": (BAD, 2, replaced("<CoSimulation", '<CoSimulation needsExecutionTool="true"'), "needsExecutionTool"),
+    "a tool that is not here": (  # which shows by an instance that is not given
+        BAD,
+        2,
+        lambda text: text.replace("<CoSimulation", '<CoSimulation needsExecutionTool="true"').replace("8c4e", "0000"),
+        "needsExecutionTool",
+    ),
     "a unit that is none": (BAD, 2, replaced('<BaseUnit s="1"', '<BaseUnit s="1" factor="0"'), "factor"),
     "no XML": (BAD, 2, replaced("</ModelVariables>", ""), "cannot be read"),
     "entities": (BAD, 2, replaced("<fmiModel", "<!DOCTYPE m [<!ENTITY e 'x'>]><fmiModel"), "document type"),

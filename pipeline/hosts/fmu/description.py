@@ -211,7 +211,7 @@ def _has_start_value(one: Any) -> bool:
 def _variable(
     one: Any, kind: Any, units: Mapping[str, Any], relative: set[str | None], structural: set[int]
 ) -> Variable:
-    declared = one.declaredType
+    title, declared = str(one.name), one.declaredType
     unit_name: str = one.unit or getattr(declared, "unit", None) or ""
     is_relative = one.name in relative or bool(getattr(declared, "relativeQuantity", False))
     unit = conversion(unit_name, units.get(unit_name), is_relative=is_relative) if kind.is_real else Conversion()
@@ -224,8 +224,8 @@ def _variable(
     is_unknown = unit_name not in ("", "1") and unit.unit == "1" and unit.is_none
     about = one.description or getattr(declared, "description", None) or ""
     return Variable(
-        name=one.name,
-        title=one.name,
+        name=title,
+        title=title,
         kind=kind,
         references=(one.valueReference,),
         causality=one.causality,
