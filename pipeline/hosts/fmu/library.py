@@ -87,9 +87,7 @@ class Library:
         except FmuError as error:
             if self.address:
                 raise
-            text = (
-                f"{self.description.path.name} gave no instance: its library and its description may not be of one make"
-            )
+            text = f"{self.description.path.name} cannot be instantiated: its library and description may be of different makes"
             raise FmuError(f"{text}{self._needs()}{self.last_words()}") from error
         self.is_instantiated = True
         self._choose_messages()
