@@ -106,7 +106,7 @@ def read(path: Path) -> Description:
 
 def _description(path: Path, digest: str, told: Any, root: Any) -> Description:
     fmi = int(told.fmiVersion[0])
-    interfaces = tuple(_interfaces(told, fmi))
+    interfaces = tuple(_interfaces(told, fmi, root))
     if not interfaces:
         raise FmuError(f"its {DOCUMENT} names neither co-simulation nor model exchange")
     for one in interfaces:
@@ -139,7 +139,9 @@ def _has_tolerance(told: Any) -> bool:
     return told.defaultExperiment is not None and bool(told.defaultExperiment.tolerance)
 
 
-def _interfaces(told: Any, fmi: int) -> Iterable[Interface]:
+def _interfaces(told: Any, fmi: int, root: Any) -> Iterable[Interface]:
+    can = [element.get("canHandleVariableCommunicationStepSize") for element in root.iter("Capabilities")]
+    can_vary = fmi == 1 and any(value in ("true", "1") for value in can)  # which fmpy does not read
     for name, one in ((CO_SIMULATION, told.coSimulation), (MODEL_EXCHANGE, told.modelExchange)):
         if one is None or (fmi == 1 and name == MODEL_EXCHANGE):
             continue
@@ -150,7 +152,7 @@ def _interfaces(told: Any, fmi: int) -> Iterable[Interface]:
         yield Interface(
             name=name,
             identifier=one.modelIdentifier,
-            can_vary_step=bool(getattr(one, "canHandleVariableCommunicationStepSize", True)),
+            can_vary_step=bool(getattr(one, "canHandleVariableCommunicationStepSize", True)) or can_vary,
             fixed_step_s=float(fixed) if fixed else None,
             can_save=fmi > 1 and bool(one.canGetAndSetFMUstate and one.canSerializeFMUstate),
             is_single=bool(one.canBeInstantiatedOnlyOncePerProcess),

@@ -220,8 +220,11 @@ class Instance(FmuHost):
         return f"status {status}"
 
     def _blamed(self, exchange: Exchange) -> str:
-        """The variables of a call that failed."""
-        names = [f"'{one.title}'" for one in exchange.variables]
+        """The variables of a call that failed; of those that are got, the ones that fail alone."""
+        found = exchange.variables
+        if exchange in self._table.gets and len(found) > 1:
+            found = tuple(one for one in found if not self.library.can_get(one)) or found
+        names = [f"'{one.title}'" for one in found]
         return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
 
     def _answer(self, t_ns: int, dt_ns: int, what: int) -> int:

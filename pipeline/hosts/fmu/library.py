@@ -77,6 +77,19 @@ class Library:
 
     def instantiate(self) -> None:
         """Make the instance. Raises FmuError."""
+        try:
+            self._instantiate()
+        except FmuError as error:
+            if self.address:
+                raise
+            text = (
+                f"{self.description.path.name} gave no instance: its library and its description may not be of one make"
+            )
+            raise FmuError(f"{text}{self.last_words()}") from error
+        self.is_instantiated = True
+        self._choose_messages()
+
+    def _instantiate(self) -> None:
         has_events = self.interface.has_events
         if self.fmi == 1:
             self._do(self._fmu.instantiate, functions=callbacks(1), loggingOn=True)
@@ -94,9 +107,7 @@ class Library:
                 logMessage=self._note,
             )
         if not self.address:
-            raise FmuError(f"{self.description.path.name} gave no instance{self.last_words()}")
-        self.is_instantiated = True
-        self._choose_messages()
+            raise FmuError("no instance")
 
     def _note(self, _environment: object, status: int, _category: object, text: bytes) -> None:
         self.messages.add(status, text)
@@ -145,6 +156,15 @@ class Library:
             self._do(getattr(self._fmu, f"set{one.kind.functions}"), list(one.references), list(values))
         except CallError as error:
             raise self.failure(f"fmi{self.fmi}Set{one.kind.functions}", error.status, f"'{one.title}'") from error
+
+    def can_get(self, one: Variable) -> bool:
+        """Whether a variable's values can be had, which the standard allows after an error too."""
+        number = {"nValues": one.size} if self.fmi == 3 else {}
+        try:
+            self._do(getattr(self._fmu, f"get{one.kind.functions}"), list(one.references), **number)
+        except FmuError:
+            return False
+        return True
 
     def configure(self, structural: Sequence[tuple[Variable, Sequence[Any]]]) -> None:
         """Set structural parameters, which decide the lengths of arrays."""
