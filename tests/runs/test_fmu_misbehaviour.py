@@ -366,6 +366,14 @@ def test_harmless_lies(foreign, capsys):
     assert main(["run", "s.yaml", "--out", "s.mcap", "--json"]) == 0
 
 
+def test_names_that_python_does_not_have(foreign, capsys):
+    edit = {"at": "_at", "mode": "1st mode", "where": "import", "u": "copy"}
+    path = foreign(BAD, 2, edit=lambda text: re.sub('name="(at|mode|where|u)"', lambda m: f'name="{edit[m[1]]}"', text))
+    scenario(path, "v_at: 0.5 s, v_1st_mode: 3, import: 0, copy_: 1")
+    assert "returned error" in refusal(capsys)
+    logged(11)
+
+
 @pytest.mark.parametrize(
     ("wire", "why"),
     [

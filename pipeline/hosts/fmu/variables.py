@@ -106,6 +106,8 @@ def _joined(members: list[tuple[tuple[int, ...], Variable]], shapes: dict[str, t
 def _named(one: Variable, taken: set[str]) -> Variable:
     """With a name of its own that YAML, logs and Python can have: letters, digits and _, dots between bundles."""
     name = ".".join(_word(part) for part in one.title.split("."))
+    if name.startswith("_"):
+        name = f"v{name}"  # pydantic has no fields that begin so
     if hasattr(Parameters, name):
         name += "_"
     while name in taken:
