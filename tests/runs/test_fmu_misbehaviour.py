@@ -19,8 +19,11 @@ import psutil
 import pytest
 from foreign import ARRAYS, BAD, BALL, KINDS, MODES, PLACES, STAIR, TEXTS, VAN_DER_POL
 
+from components.contract import Parameters
 from pipeline.cli import main
 from pipeline.hosts.fmu import apart
+from pipeline.hosts.fmu.parameters import FmuParameters
+from pipeline.hosts.fmu.variables import TAKEN
 from pipeline.log.reader import open_log
 
 STEPS = 20
@@ -372,6 +375,11 @@ def test_names_that_python_does_not_have(foreign, capsys):
     scenario(path, "v_at: 0.5 s, v_1st_mode: 3, import: 0, copy_: 1")
     assert "returned error" in refusal(capsys)
     logged(11)
+    names = {name for name in dir(FmuParameters) if not hasattr(Parameters, name)}
+    assert names == set(TAKEN)
+    for name in names:
+        scenario(foreign(BAD, 2, edit=replaced('name="u"', f'name="{name}"')), f"{name}_: 1")
+        assert main(["check", "s.yaml", "--json"]) == 0
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from pipeline.hosts.fmu.kinds import Kind
 from pipeline.hosts.fmu.units import Conversion
 
 _INDEX = re.compile(r"\[\s*([0-9]+(?:\s*,\s*[0-9]+)*)\s*\]")
+TAKEN = ("VARIABLES", "changed", "numbers", "shape", "tunable", "values")  # by the class that parameters are fields of
 MOST = 1 << 20  # elements of one array; more is no description of a model
 
 
@@ -108,7 +109,7 @@ def _named(one: Variable, taken: set[str]) -> Variable:
     name = ".".join(_word(part) for part in one.title.split("."))
     if name.startswith("_"):
         name = f"v{name}"  # pydantic has no fields that begin so
-    if hasattr(Parameters, name):
+    if hasattr(Parameters, name) or name in TAKEN:
         name += "_"
     while name in taken:
         name += "_"
