@@ -38,7 +38,6 @@ class Interface:
     fixed_step_s: float | None = None
     can_save: bool = False  # its state, as bytes
     is_single: bool = False  # one instance a process
-    needs_tool: bool = False
     has_events: bool = False
     returns_early: bool = False
     needs_completed_steps: bool = True
@@ -110,8 +109,6 @@ def _description(path: Path, digest: str, told: Any, root: Any) -> Description:
     if not interfaces:
         raise FmuError(f"its {DOCUMENT} names neither co-simulation nor model exchange")
     for one in interfaces:
-        if one.needs_tool:
-            raise FmuError("it needs its tool to run it (needsExecutionTool), which is not supported")
         binary(path, told.fmiVersion, one.identifier)
     shapes, frames = _annotated(root)
     relative = {element.get("name") for element in root.iter() if element.get("relativeQuantity") in ("true", "1")}
@@ -156,7 +153,6 @@ def _interfaces(told: Any, fmi: int, root: Any) -> Iterable[Interface]:
             fixed_step_s=float(fixed) if fixed else None,
             can_save=fmi > 1 and bool(one.canGetAndSetFMUstate and one.canSerializeFMUstate),
             is_single=bool(one.canBeInstantiatedOnlyOncePerProcess),
-            needs_tool=bool(one.needsExecutionTool),
             has_events=bool(getattr(one, "hasEventMode", False)),
             returns_early=bool(getattr(one, "mightReturnEarlyFromDoStep", False)),
             needs_completed_steps=not skips if fmi == 2 else bool(getattr(one, "needsCompletedIntegratorStep", False)),
