@@ -11,7 +11,8 @@ from typing import Any
 
 import attrs
 
-from pipeline.fmu.archive import model_description, names, platforms
+from pipeline.errors import TowlineError
+from pipeline.fmu.archive import DOCUMENT, model_description, names, platforms
 
 INTERFACES = {"coSimulation": "co-simulation", "modelExchange": "model exchange", "scheduledExecution": "scheduled"}
 _ELEMENT = re.compile(r"\[([0-9]+(?:,[0-9]+)*)\]$")
@@ -48,7 +49,12 @@ class Information:
 
 def information(path: Path) -> Information:
     """What the FMU at `path` says. Raises TowlineError if it is none."""
-    return _information(model_description(path), names(path))
+    told, files = model_description(path), names(path)
+    try:
+        return _information(told, files)
+    except Exception as error:  # values that are no numbers, references to what is not there
+        text = (str(error).splitlines() or [type(error).__name__])[0]
+        raise TowlineError(f"{path}: its {DOCUMENT} cannot be read: {text}") from error
 
 
 def _information(told: Any, files: list[str]) -> Information:

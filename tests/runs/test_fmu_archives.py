@@ -18,6 +18,7 @@ import pytest
 from pipeline import archive
 from pipeline.errors import TowlineError
 from pipeline.fmu.archive import binary, extracted, model_description
+from pipeline.fmu.information import information
 
 DOCUMENT = "modelDescription.xml"
 PLAIN = "<fmiModelDescription fmiVersion='2.0' modelName='m' guid='g'><ModelVariables/></fmiModelDescription>"
@@ -221,6 +222,12 @@ def test_description_missing_or_too_large(tmp_path, monkeypatch):
     assert "it has no modelDescription.xml" in refusal(tmp_path / "none.fmu")
     monkeypatch.setattr("pipeline.fmu.archive.LARGEST", 50)
     assert "claims 0 MB" in described(packed(tmp_path / "m.fmu"))
+
+
+def test_values_that_are_no_numbers_are_told(tmp_path):
+    document = PLAIN.replace("<ModelVariables/>", "<DefaultExperiment stepSize='often'/><ModelVariables/>")
+    with pytest.raises(TowlineError, match=r"its modelDescription.xml cannot be read: .*'often'"):
+        information(packed(tmp_path / "m.fmu", document=document))
 
 
 def test_only_the_checked_description_is_read(tmp_path):

@@ -87,8 +87,9 @@ class Library:
         except FmuError as error:
             if self.address:
                 raise
-            text = f"{self.description.path.name} cannot be instantiated: its library and description may be of different makes"
-            raise FmuError(f"{text}{self._needs()}{self.last_words()}") from error
+            text = "cannot be instantiated: its library and description may be of different makes"
+            said = f"{self._needs()}{self.last_words()}"
+            raise FmuError(f"{self.description.path.name} {text}{said}") from error
         self.is_instantiated = True
         self._choose_messages()
 

@@ -14,6 +14,7 @@ from pipeline.hosts.fmu.kinds import Kind
 from pipeline.hosts.fmu.units import Conversion
 
 _INDEX = re.compile(r"\[\s*([0-9]+(?:\s*,\s*[0-9]+)*)\s*\]")
+TAKEN = ("VARIABLES", "changed", "numbers", "shape", "tunable", "values")  # by the class that parameters are fields of
 MOST = 1 << 20  # elements of one array; more is no description of a model
 
 
@@ -106,7 +107,9 @@ def _joined(members: list[tuple[tuple[int, ...], Variable]], shapes: dict[str, t
 def _named(one: Variable, taken: set[str]) -> Variable:
     """With a name of its own that YAML, logs and Python can have: letters, digits and _, dots between bundles."""
     name = ".".join(_word(part) for part in one.title.split("."))
-    if hasattr(Parameters, name):
+    if name.startswith("_"):
+        name = f"v{name}"  # pydantic has no fields that begin so
+    if hasattr(Parameters, name) or name in TAKEN:
         name += "_"
     while name in taken:
         name += "_"
