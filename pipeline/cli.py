@@ -30,6 +30,7 @@ COMMANDS = {
     "fmu": "build an FMU from a component, or tell what one contains",
     "convert": "make a scenario from an SSP or an OSP system structure, or an SSP from a scenario of FMUs",
     "catenary": "static catenary between two points",
+    "capability": "the wind up to which thrusters hold a ship, per heading and failure",
     "bench": "measure speed against error",
 }
 

@@ -23,15 +23,32 @@ from pipeline.sections import Section, cut
 from pipeline.snapshot import Snapshot
 
 
+class _Numbers:
+    """Some places of a float64 array, read and written as bytes."""
+
+    def __init__(self, array: np.ndarray, places: np.ndarray):
+        """places: (n,) indices."""
+        places = places.astype(np.int64)
+        first, n = int(places[0]) if len(places) else 0, len(places)
+        self.bytes = 8 * n
+        if np.array_equal(places, np.arange(first, first + n)):  # as nearly always: a piece of memory
+            piece = array[first : first + n].data.cast("B") if n else memoryview(bytearray())
+            self.read, self.write = piece.tobytes, lambda data: piece.__setitem__(slice(None), data)
+        else:
+            self.read = lambda: array[places].tobytes()
+            self.write = lambda data: array.__setitem__(places, np.frombuffer(data))
+
+
 @dataclass(frozen=True)
 class _Part:
-    """A section's places in the conductor's memory."""
+    """A section's places in the conductor's memory, and what its settings are made of."""
 
     link: Link
-    outside: np.ndarray
-    signals: np.ndarray
-    states: np.ndarray
-    inputs: np.ndarray
+    outside: _Numbers
+    signals: _Numbers
+    states: _Numbers
+    inputs: _Numbers
+    settings: tuple[_Numbers, _Numbers, np.ndarray]  # parameters, offsets, nodes
 
 
 class Distributed(Conductor):
@@ -50,6 +67,8 @@ class Distributed(Conductor):
         self._run = secrets.randbits(64)
         self._parts = [self._part(section) for section in cut(graph, placement.hosts)]
         self._stages = [list(parts) for _, parts in groupby(self._parts, key=lambda part: part.link.section.stage)]
+        self._are_due_always = all(part.link.section.is_due_always for part in self._parts)
+        self._delayed_to, self._delayed_from = (_Numbers(self._tables.board, self._delayed(i)) for i in (0, 1))
         self._groups = execution_order(graph)
         self._rows = self._row_plan()
         self._bond_rows = np.zeros((len(graph.bonds), BOND_ROW))
@@ -60,18 +79,29 @@ class Distributed(Conductor):
         self._uncaptured: tuple[int, int] | None = None  # a tick, and the first group in the order that did not step
         self._counts: dict[str, dict[str, int]] = {}
 
-    def _part(self, section: Section) -> _Part:
-        spans, nodes = self.memory.spans, section.nodes
-        signals, states, inputs = (_indices(spans[v], nodes) for v in "yxu")
-        sizes = lengths(self.memory, nodes, len(section.bonds), len(section.outside))
-        link = Link(section, sizes, self._settings(nodes, signals))
-        return _Part(link, section.outside, signals, states, inputs)
+    def _delayed(self, column: int) -> np.ndarray:
+        """Places on the board that delayed copies are made to (0) or from (1)."""
+        return np.concatenate([[], *(np.arange(row[column], row[column] + row[2]) for row in self._tables.delayed)])
 
-    def _settings(self, nodes: Sequence[int], signals: np.ndarray) -> bytes:
+    def _part(self, section: Section) -> _Part:
+        k, nodes = self._tables, section.nodes
+        signals, states, inputs, parameters = (_places(self.memory.spans[v], nodes) for v in "yxup")
+        sizes = lengths(self.memory, nodes, len(section.bonds), len(section.outside))
+        settings = _Numbers(self.memory.parameters, parameters), _Numbers(k.added, signals), np.array(nodes)
+        return _Part(
+            link=Link(section, sizes, self._settings(settings)),
+            outside=_Numbers(k.board, section.outside),
+            signals=_Numbers(k.board, signals),
+            states=_Numbers(k.states, states),
+            inputs=_Numbers(k.inputs, inputs),
+            settings=settings,
+        )
+
+    def _settings(self, of: tuple[_Numbers, _Numbers, np.ndarray]) -> bytes:
         """Parameters and offsets of a section, as events left them."""
-        p, k = _indices(self.memory.spans["p"], nodes), self._tables
-        switches = k.nodes[list(nodes), OFFSET_ON].astype(np.float64)
-        return self.memory.parameters[p].tobytes() + k.added[signals].tobytes() + switches.tobytes()
+        parameters, offsets, nodes = of
+        switches = self._tables.nodes[nodes, OFFSET_ON].astype(np.float64)
+        return parameters.read() + offsets.read() + switches.tobytes()
 
     def initialise(self) -> None:
         """Run every init at t0 and capture y(t0). Raises StepError."""
@@ -86,15 +116,14 @@ class Distributed(Conductor):
         for part in self._parts:
             section = part.link.section
             energies = k.bond_energy[list(section.bonds)]
-            signals, states = k.board[part.signals], k.states[part.states]
-            settings = self._settings(section.nodes, part.signals)
+            settings = self._settings(part.settings)
             saved = pack_saved(snapshot.hosts[name] for name in part.link.saving)
-            part.link.begin_at(signals.tobytes(), energies.tobytes(), states.tobytes(), saved, settings)
+            part.link.begin_at(part.signals.read(), energies.tobytes(), part.states.read(), saved, settings)
 
     def snapshot(self, chains: dict[str, str], ranges: dict[str, dict[str, float]]) -> Snapshot:
         """The run at this block end, where every section's last reply brought its state."""
         for part in self._parts:
-            self._tables.states[part.states] = np.frombuffer(part.link.snapshot[2], "<f8")
+            part.states.write(part.link.snapshot[2])
         return super().snapshot(chains, ranges)
 
     def _saved(self) -> dict[str, bytes]:
@@ -153,18 +182,22 @@ class Distributed(Conductor):
         """Tell the sections what events changed."""
         if self.fired:
             for part in self._parts:
-                part.link.change(self._settings(part.link.section.nodes, part.signals))
+                part.link.change(self._settings(part.settings))
 
     def _step(self) -> bool:
         """One tick; False where a component stopped the run."""
         k, tick = self._tables, self.tick + 1
-        for target, source, count in k.delayed:
-            k.board[target : target + count] = k.board[source : source + count]
-        due = [[part for part in stage if part.link.section.is_due(tick)] for stage in self._stages]
-        if not self._make(tick, STEP, due):
+        self._delayed_to.write(self._delayed_from.read())
+        if not self._make(tick, STEP, self._due(tick)):
             return False
         k.clock[TICK] = tick
         return True
+
+    def _due(self, tick: int) -> list[list[_Part]]:
+        """The sections of each stage that are due in a tick."""
+        if self._are_due_always:
+            return self._stages
+        return [[part for part in stage if part.link.section.is_due(tick)] for stage in self._stages]
 
     def _make(self, tick: int, kind: int, stages: Sequence[Sequence[_Part]]) -> bool:
         """Have sections stepped stage by stage and capture their outputs; False where a component stopped the run.
@@ -184,27 +217,33 @@ class Distributed(Conductor):
     def _ask(self, tick: int, kind: int, parts: Sequence[_Part]) -> None:
         """Send the sections of a stage their inputs, and wait for all replies. Raises HostError."""
         assert self._hosts is not None
-        board = self._tables.board
         block_end = -(-tick // self.block) * self.block
-        requests = [(part.link, board[part.outside].tobytes()) for part in parts]
-        last = [kind == INITIALISE or part.link.section.next_due(tick) > block_end for part in parts]
-        self._hosts.ask(kind, requests, self.time_ns(tick), last, self._catch_up)
+        sections = [part.link.section for part in parts]
+        requests = [
+            (section.number, part.outside.read(), kind == INITIALISE or section.next_due(tick) > block_end)
+            for section, part in zip(sections, parts, strict=True)
+        ]
+        self._hosts.ask(kind, requests, self.time_ns(tick), self._catch_up)
 
     def _take(self, part: _Part) -> tuple[int, int, int, str] | None:
         """Put a reply on the board; (place in order, status, node, what it raised) where a node stopped the run."""
-        reply, sizes, section = part.link.reply, part.link.lengths, part.link.section
+        reply, section = part.link.reply, part.link.section
         assert reply is not None
-        numbers = reply.values
-        self._tables.board[part.signals] = numbers[: sizes.signals]
+        part.signals.write(reply.numbers[: part.signals.bytes])
         if section.bonds:
-            rows, energies = numbers[sizes.signals :][: sizes.rows], numbers[sizes.signals + sizes.rows :]
-            self._bond_rows[list(section.bonds)] = rows.reshape(-1, BOND_ROW)
-            self._tables.bond_energy[list(section.bonds)] = energies[: sizes.energies].reshape(-1, BOND_STATE)
+            self._take_bonds(part, reply.values)
         if not reply.flags & STOPPED:
             return None
-        self._tables.inputs[part.inputs] = numbers[len(numbers) - sizes.inputs :]
+        part.inputs.write(reply.numbers[len(reply.numbers) - part.inputs.bytes :])
         node, text = section.nodes[reply.failed], reply.text.decode(errors="replace")
         return next(i for i, group in enumerate(self._groups) if node in group), reply.status, node, text
+
+    def _take_bonds(self, part: _Part, numbers: np.ndarray) -> None:
+        """Captured rows and energies of a section's bonds, which follow its signals."""
+        sizes, bonds = part.link.lengths, list(part.link.section.bonds)
+        rows, energies = numbers[sizes.signals :][: sizes.rows], numbers[sizes.signals + sizes.rows :]
+        self._bond_rows[bonds] = rows.reshape(-1, BOND_ROW)
+        self._tables.bond_energy[bonds] = energies[: sizes.energies].reshape(-1, BOND_STATE)
 
     def _catch_up(self) -> None:
         """Append what the last tick's groups have stepped to the captured rows, while the hosts are at work."""
@@ -256,6 +295,6 @@ class Distributed(Conductor):
         return self._said
 
 
-def _indices(spans: Sequence[slice], nodes: Sequence[int]) -> np.ndarray:
-    """Places of some nodes' vectors in the array of all."""
-    return np.concatenate([np.arange(spans[i].start, spans[i].stop) for i in nodes]).astype(np.int64)
+def _places(spans: Sequence[slice], nodes: Sequence[int]) -> np.ndarray:
+    """Indices of some nodes' vectors in the array of all."""
+    return np.concatenate([np.arange(spans[i].start, spans[i].stop) for i in nodes])

@@ -4,10 +4,13 @@ Everything is an index into five flat arrays (see memory.py): p, u, x, w of all 
 The loop holds no GIL and returns at a given tick, or as soon as a component stops the run.
 """
 
+from typing import Any
+
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
+from numba.np.numpy_support import carray
 
 from components.cache import mark_cached
 from components.compiled import OPTIONS, mended
@@ -34,6 +37,7 @@ from pipeline.loop_tables import (
     TARGET,
     TICK,
     P,
+    Tables,
     U,
     W,
     X,
@@ -197,6 +201,64 @@ def advance(k, until, start_ns, base_ns):
         k.clock[TICK] = tick
 
 
+def pointer_to(kind) -> Any:
+    """A function of compiled code that makes an address a pointer to numbers of a kind."""
+
+    @intrinsic
+    def pointer(typingctx, address):
+        def generate(context, builder, signature, args):
+            return builder.inttoptr(args[0], context.get_value_type(signature.return_type))
+
+        return types.CPointer(kind)(types.int64), generate
+
+    return pointer
+
+
+words_at, numbers_at = pointer_to(types.int64), pointer_to(types.float64)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")  # carray is refused without numba's runtime
+def advance_at(h, rows, tick, until, start_ns, base_ns):
+    """Advance from a tick, captured rows beginning at `rows`; the status of the component that stopped the run, or 0.
+
+    h: the tables as `places_of` tells them: to unpack two dozen arrays takes longer than a small step.
+    """
+    k = Tables(
+        clock=carray(words_at(h[0, 0]), h[0, 1]),
+        nodes=carray(words_at(h[1, 0]), (h[1, 1], h[1, 2])),
+        order=carray(words_at(h[2, 0]), h[2, 1]),
+        groups=carray(words_at(h[3, 0]), (h[3, 1], h[3, 2])),
+        terms=carray(words_at(h[4, 0]), (h[4, 1], h[4, 2])),
+        gains=carray(numbers_at(h[5, 0]), h[5, 1]),
+        offsets=carray(numbers_at(h[6, 0]), h[6, 1]),
+        delayed=carray(words_at(h[7, 0]), (h[7, 1], h[7, 2])),
+        bonds=carray(words_at(h[8, 0]), (h[8, 1], h[8, 2])),
+        tolerances=carray(numbers_at(h[9, 0]), h[9, 1]),
+        bond_energy=carray(numbers_at(h[10, 0]), (h[10, 1], h[10, 2])),
+        laws=carray(numbers_at(h[11, 0]), (h[11, 1], h[11, 2])),
+        best_laws=carray(numbers_at(h[12, 0]), (h[12, 1], h[12, 2])),
+        system=carray(numbers_at(h[13, 0]), (h[13, 1], h[13, 2])),
+        inputs=carray(numbers_at(h[14, 0]), h[14, 1]),
+        states=carray(numbers_at(h[15, 0]), h[15, 1]),
+        saved=carray(numbers_at(h[16, 0]), h[16, 1]),
+        board=carray(numbers_at(h[17, 0]), h[17, 1]),
+        added=carray(numbers_at(h[18, 0]), h[18, 1]),
+        capture=carray(numbers_at(h[19, 0]), h[19, 1]),
+        capture_ns=carray(words_at(h[20, 0]), h[20, 1]),
+        filled=carray(words_at(h[21, 0]), h[21, 1]),
+    )
+    for channel in range(len(rows)):
+        k.filled[channel] = rows[channel]
+    k.clock[TICK], k.clock[STATUS] = tick, 0
+    advance(k, until, start_ns, base_ns)
+    return k.clock[STATUS]
+
+
+def places_of(k):
+    """(22, 3) int64: address and shape of each table, which must live as long as this is used."""
+    return np.array([(table.ctypes.data, *(*table.shape, 1)[:2]) for table in k], np.int64)
+
+
 @njit(nogil=True, cache=True, **OPTIONS)
 def initialise(k, inits, count, t_ns):
     """Gather and call the first `count` nodes' inits in the order of execution; k.clock says whether one failed."""
@@ -218,9 +280,10 @@ def initialise(k, inits, count, t_ns):
 
 
 def prepare(k, inits):
-    """Compile both functions, or load them, without stepping anything."""
+    """Compile these functions, or load them, without stepping anything."""
     mended(lambda: initialise(k, inits, 0, 0))
     mended(lambda: advance(k, k.clock[TICK], 0, 1))
+    mended(lambda: advance_at(places_of(k), k.filled[:0], k.clock[TICK], k.clock[TICK], 0, 1))
     mark_cached("native_loop")
 
 

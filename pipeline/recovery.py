@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
 from tempfile import TemporaryFile
 from typing import IO
 
-from pipeline.bus.messages import RESTORE, SETTINGS, STATE, STOPPED, WANT_STATE, Message, pack, readdressed
+from pipeline.bus.messages import RESTORE, SETTINGS, STATE, STOPPED, WANT_STATE, Message, pack, pack_parts, readdressed
 from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.hosts.lengths import Lengths
 from pipeline.sections import Section
@@ -85,6 +86,8 @@ class Link:
         self._kept = -1  # the sequence after which that was taken
         self._kept_settings = b""
         self._is_changed = False
+        self._number = section.number
+        self._bytes_of_reply = cache(lambda flags: 8 * lengths.reply(flags))
 
     @property
     def names(self) -> str:
@@ -103,15 +106,14 @@ class Link:
 
     def make(self, kind: int, run: int, incarnation: int, t_ns: int, numbers: bytes, *, is_last: bool) -> bytes:
         """Make the next request, to be kept. is_last: of its block, after which the run may be saved."""
-        self.sequence += 1
+        self.sequence = sequence = self.sequence + 1
         self.t_ns = t_ns
-        wants_state = is_last or self.sequence % self.state_every == 0
-        flags = (WANT_STATE if wants_state else 0) | (SETTINGS if self._is_changed else 0)
+        flags = WANT_STATE if is_last or sequence % self.state_every == 0 else 0
         if self._is_changed:
+            flags |= SETTINGS
             numbers += self.settings
             self._is_changed = False
-        number, sequence = self.section.number, self.sequence
-        return pack(Message(kind, run, incarnation, number, sequence, t_ns, flags, numbers=numbers))
+        return pack_parts(kind, run, incarnation, self._number, sequence, t_ns, flags, 0, len(numbers) // 8, (numbers,))
 
     def keep(self, request: bytes) -> None:
         """Keep the request just made, which may be under way already."""
@@ -123,22 +125,21 @@ class Link:
 
     def take(self, message: Message) -> bool:
         """Take a reply in; False where it is not the one awaited."""
-        if message.sequence != self.answered + 1 or self.is_answered:
+        sequence, flags = message.sequence, message.flags
+        if sequence != self.answered + 1 or sequence > self.sequence:
             return False
-        if len(message.numbers) != 8 * self.lengths.reply(message.flags):
+        if len(message.numbers) != self._bytes_of_reply(flags):
             return False
-        self.answered = message.sequence
-        self.reply = message
-        if message.flags & STATE:
+        self.answered, self.reply = sequence, message
+        if flags & (STATE | STOPPED) == STATE and sequence == self.sequence:
             self._keep_state(message)
         return True
 
     def _keep_state(self, message: Message) -> None:
-        """Its snapshot; the requests up to it are done with."""
-        if self.is_answered and not message.flags & STOPPED:
-            self._brought = message
-            self.state_every = 1 + (len(message.numbers) + len(message.text)) // STATE_BYTES
-        if self.is_answered and not message.flags & STOPPED and not self._keeps_all:
+        """The state that it brought; the requests up to it are done with, unless all are needed."""
+        self._brought = message
+        self.state_every = 1 + (len(message.numbers) + len(message.text)) // STATE_BYTES
+        if not self._keeps_all:
             self._kept, self._kept_settings = message.sequence, self.settings
             self._tape.clear()
 

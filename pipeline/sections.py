@@ -38,13 +38,18 @@ class Section:
         """The different periods of its components, in ticks."""
         return tuple(sorted({node.period for node in self.graph.nodes}))
 
+    @cached_property
+    def is_due_always(self) -> bool:
+        """Whether one of its components steps in every tick."""
+        return self.periods[0] == 1
+
     def is_due(self, tick: int) -> bool:
         """Whether one of its components steps in the tick."""
-        return self.periods[0] == 1 or any(tick % period == 0 for period in self.periods)
+        return self.is_due_always or any(tick % period == 0 for period in self.periods)
 
     def next_due(self, tick: int) -> int:
         """The first tick after this one in which one of them steps."""
-        return min((tick // period + 1) * period for period in self.periods)
+        return tick + 1 if self.is_due_always else min((tick // period + 1) * period for period in self.periods)
 
 
 def cut(graph: Graph, hosts: Sequence[str]) -> tuple[Section, ...]:

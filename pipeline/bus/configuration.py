@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import zenoh
@@ -13,6 +15,11 @@ from pipeline.errors import HostError
 
 LEASE_MS = 5000  # a transport that is silent for so long is closed; four times as often something is sent
 RETRY_MS = 200  # between attempts to connect
+# One thread for all that zenoh does in a process: usually a message goes through three, each of which has to be woken.
+RUNTIME = "ZENOH_RUNTIME"
+ONE_THREAD = (
+    "(rx: (worker_threads: 1), tx: (handover: rx), net: (handover: rx), acc: (handover: rx), app: (handover: rx))"
+)
 # What a file may not say, as this program does, and the option that says it where there is one.
 _RESERVED = {
     "mode": "",
@@ -102,8 +109,22 @@ def without_sources(text: str) -> str:
 
 
 def open_session(config: zenoh.Config) -> zenoh.Session:
-    """Raises HostError where an endpoint cannot be listened at or connected to."""
+    """A session, on one thread of zenoh's unless the environment says otherwise.
+
+    Raises HostError where an endpoint cannot be listened at or connected to.
+    """
+    os.environ.setdefault(RUNTIME, ONE_THREAD)
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:
         raise HostError(f"zenoh cannot be started: {without_sources(str(error)).splitlines()[0][:300]}") from error
+
+
+def close_session(session: zenoh.Session) -> None:
+    """Close it, without which the process would not exit; raises nothing, also where it is closed.
+
+    Zenoh waits up to 15 s for what is still to be sent to somebody who takes nothing, and complains; then that one
+    finds out by its lease.
+    """
+    with suppress(zenoh.ZError):
+        session.close()

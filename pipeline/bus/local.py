@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 
-from pipeline.bus.zenoh import APPEARED, MESSAGE, Arrival
+from pipeline.bus.zenoh import APPEARED, Address, Change
 from pipeline.hosts.serving import Serving
 
 
@@ -31,14 +32,16 @@ class LocalBus:
     channels = None
 
     def __init__(self) -> None:
-        self._hosts: dict[tuple[str, str], Serving] = {}
-        self._arrivals: deque[Arrival] = deque()
+        self._hosts: dict[Address, Serving] = {}
+        self._replies: dict[Address, deque[bytes]] = {}
+        self._changes: deque[Change] = deque()
 
     def start(self, host: str) -> tuple[str, _Inside]:
         """Have a host that offers itself."""
         process = str(len(self._hosts))
         self._hosts[host, process] = Serving(host)
-        self._arrivals.append(Arrival(APPEARED, host, process))
+        self._replies[host, process] = deque()
+        self._changes.append(Change(APPEARED, host, process))
         return process, _Inside()
 
     def attach(self, host: str, process: str) -> None:
@@ -48,15 +51,25 @@ class LocalBus:
         """Forget it."""
         self._hosts.pop((host, process), None)
 
-    def send(self, host: str, process: str, data: bytes) -> None:
+    def send(self, address: Address, data: bytes) -> None:
         """Have it answered."""
-        reply = self._hosts[host, process].answer(data)
+        reply = self._hosts[address].answer(data)
         if reply is not None:
-            self._arrivals.append(Arrival(MESSAGE, host, process, reply))
+            self._replies[address].append(reply)
 
-    def receive(self, timeout_s: float) -> Arrival | None:
-        """The next arrival."""
-        return self._arrivals.popleft() if self._arrivals else None
+    def receive(self, address: Address | None) -> bytes | None:
+        """What a host has answered."""
+        return self.received(address) if address else None
+
+    def received(self, address: Address) -> bytes | None:
+        """The same."""
+        replies = self._replies[address]
+        return replies.popleft() if replies else None
+
+    def changes(self) -> Iterator[Change]:
+        """Who has appeared."""
+        while self._changes:
+            yield self._changes.popleft()
 
     def close(self) -> None:
         """Nothing to do."""

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 MAGIC = b"TWL\x01"  # the last byte is the version of this protocol
+_new = tuple.__new__  # as Message(...) without a call of Python's
+_FLOAT64 = np.dtype("<f8")
 _HEADER = struct.Struct("<4sBBHQIIQqqiII")
 HEADER_BYTES = _HEADER.size
 
@@ -52,7 +55,7 @@ class Message(NamedTuple):
     @property
     def values(self) -> np.ndarray:
         """The numbers as (n,) float64, read-only."""
-        return np.frombuffer(self.numbers, "<f8")
+        return np.frombuffer(self.numbers, _FLOAT64)
 
 
 def pack(message: Message) -> bytes:
@@ -65,6 +68,17 @@ def pack(message: Message) -> bytes:
     return b"".join((header, numbers, text))
 
 
+def pack_parts(  # as `pack`, without making a message first: once in a step on both sides
+    kind: int, run: int, incarnation: int, section: int, sequence: int, t_ns: int, flags: int, ignored: int,
+    numbers: int, parts: Sequence[bytes | memoryview],
+) -> bytes:  # fmt: skip
+    """The bytes of a message without text. numbers: how many there are in its parts."""
+    header = _HEADER.pack(
+        MAGIC, kind, flags, min(ignored, 65535), run, incarnation, section, sequence, t_ns, 0, -1, numbers, 0
+    )
+    return b"".join((header, *parts))
+
+
 def readdressed(data: bytes, incarnation: int) -> bytes:
     """The same message to another incarnation."""
     return pack(unpack(data)._replace(incarnation=incarnation))
@@ -72,7 +86,7 @@ def readdressed(data: bytes, incarnation: int) -> bytes:
 
 def unpack(data: bytes) -> Message:
     """Raises MessageError where the bytes are none of this protocol's, or not whole."""
-    if len(data) < HEADER_BYTES or data[:4] != MAGIC:
+    if len(data) < HEADER_BYTES or not data.startswith(MAGIC):
         raise MessageError("not a message of this version of towline")
     _, kind, flags, ignored, run, incarnation, section, sequence, t_ns, status, failed, numbers, text = (
         _HEADER.unpack_from(data)
@@ -81,6 +95,7 @@ def unpack(data: bytes) -> Message:
     if len(data) != end + text:
         raise MessageError(f"{len(data)} bytes where {end + text} are announced")
     body = memoryview(data)[HEADER_BYTES:end]
-    return Message(
-        kind, run, incarnation, section, sequence, t_ns, flags, status, failed, ignored, body, bytes(data[end:])
+    return _new(
+        Message,
+        (kind, run, incarnation, section, sequence, t_ns, flags, status, failed, ignored, body, data[end:]),
     )

@@ -1,81 +1,53 @@
-"""The zenoh bus: one session a process, keys by host, and what arrives handed over to the thread that asks for it."""
+"""The zenoh bus: one session a process, keys by host and process, and one thread that takes what arrives."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import zenoh
 
 from pipeline.bus.channels import Channels
-from pipeline.bus.configuration import configuration, open_session
+from pipeline.bus.configuration import close_session, configuration, open_session
 from pipeline.bus.identity import Identity, Seal
+from pipeline.bus.inbox import Inbox, Waiting
 from pipeline.bus.socket import LocalSocket
 from pipeline.errors import HostError
 
-MESSAGE, APPEARED, VANISHED = "message", "appeared", "vanished"
+APPEARED, VANISHED = "appeared", "vanished"
 _OFFERS = "towline/host"  # liveliness tokens of processes that offer themselves, NAME/PROCESS below it
 _CONDUCTORS = "towline/run"  # liveliness tokens of conductors, by run
+_TO_HOSTS, _FROM_HOSTS = "towline/in", "towline/out"  # NAME/PROCESS below them, and the conductor's below the first
+_NOBODY = "towline/nobody"  # where the conductor waits while no process is attached
+
+Address = tuple[str, str]  # a host's name and its process's
 
 
-class Arrival(NamedTuple):
-    """A message from a process, or that it appeared or vanished."""
+class Change(NamedTuple):
+    """That a process has appeared or vanished."""
 
     kind: str
     host: str
     process: str
-    data: bytes = b""
 
 
-class _Queue:
-    """What callbacks hand over: zenoh swallows their exceptions, so these are handed over as well."""
-
-    def __init__(self) -> None:
-        self._queue: SimpleQueue[Any] = SimpleQueue()
-
-    def callback(self, made: Callable[[zenoh.Sample], Any]) -> Callable[[zenoh.Sample], None]:
-        """A callback that puts what is made of a sample into the queue."""
-
-        def put(sample: zenoh.Sample) -> None:
-            try:
-                self._queue.put(made(sample))
-            except BaseException as error:  # raised by get()
-                self._queue.put(error)
-
-        return put
-
-    def get(self, timeout_s: float) -> Any:
-        """The next one; None after the time."""
-        try:
-            item = self._queue.get(timeout=timeout_s)
-        except Empty:
-            return None
-        if isinstance(item, BaseException):
-            raise item
-        return item
-
-
-def _liveliness(sample: zenoh.Sample) -> Arrival:
+def _change(sample: zenoh.Sample) -> Change:
     *_, host, process = str(sample.key_expr).split("/")
-    return Arrival(APPEARED if sample.kind == zenoh.SampleKind.PUT else VANISHED, host, process)
+    return Change(APPEARED if sample.kind == zenoh.SampleKind.PUT else VANISHED, host, process)
 
 
-def _sealed(seal: Seal | None, data: bytes) -> bytes:
-    return data if seal is None else seal.sealed(data)
-
-
-def _opened(seal: Seal | None, data: bytes) -> bytes:
+def _opened(seal: Seal | None, data: bytes | None) -> bytes | None:
     """What is inside; no bytes, which are no message, where somebody else has sealed it."""
-    return data if seal is None else seal.opened(data) or b""
+    return data if seal is None or data is None else seal.opened(data) or b""
 
 
 class _Link(NamedTuple):
     """The conductor's side of a process."""
 
     publisher: zenoh.Publisher
-    subscriber: zenoh.Subscriber[None]
+    inbox: Inbox
     seal: Seal | None
 
 
@@ -90,12 +62,15 @@ class ConductorBus:
     whoever subscribes; None where nobody can.
     """
 
-    def __init__(self, run: int, listen: Sequence[str], file: Path | None = None):
-        """Listen at a socket of this machine (`endpoint`) and at others. Raises HostError."""
-        self._queue = _Queue()
+    def __init__(self, run: int, listen: Sequence[str], file: Path | None = None, *, look_s: float):
+        """Listen at a socket of this machine (`endpoint`) and at others.
+
+        look_s: longest time that receive() waits. Raises HostError.
+        """
         self._identity = Identity()
         self._is_sealed = bool(listen)
-        self._links: dict[tuple[str, str], _Link] = {}
+        self._links: dict[Address, _Link] = {}
+        self._changes: deque[Change | BaseException] = deque()
         self._socket = LocalSocket()
         self.endpoint = self._socket.endpoint
         try:
@@ -104,41 +79,66 @@ class ConductorBus:
             self._socket.remove()
             raise
         self.channels = Channels(self._session) if listen else None
+        self._waiting, self._nobody = Waiting(look_s), Inbox(self._session, _NOBODY)
         liveliness = self._session.liveliness()
         self._token = liveliness.declare_token(f"{_CONDUCTORS}/{run:016x}")
-        self._offers = liveliness.declare_subscriber(f"{_OFFERS}/*/*", self._queue.callback(_liveliness), history=True)
+        self._offers = liveliness.declare_subscriber(f"{_OFFERS}/*/*", self._note, history=True)
+
+    def _note(self, sample: zenoh.Sample) -> None:
+        """Who appears and vanishes; zenoh swallows what a callback raises, so that is handed over as well."""
+        try:
+            self._changes.append(_change(sample))
+        except BaseException as error:  # raised by changes()
+            self._changes.append(error)
+        self._waiting.end()
 
     def attach(self, host: str, process: str) -> None:
         """Begin to talk with a process."""
+        publisher = _publisher(self._session, f"{_TO_HOSTS}/{host}/{process}/{self._identity.name}")
+        inbox = Inbox(self._session, f"{_FROM_HOSTS}/{host}/{process}")
         seal = self._identity.seal_with(process) if self._is_sealed else None
-
-        def made(sample: zenoh.Sample) -> Arrival:
-            return Arrival(MESSAGE, host, process, _opened(seal, sample.payload.to_bytes()))
-
-        subscriber = self._session.declare_subscriber(f"towline/out/{host}/{process}", self._queue.callback(made))
-        publisher = _publisher(self._session, f"towline/in/{host}/{process}/{self._identity.name}")
-        self._links[host, process] = _Link(publisher, subscriber, seal)
+        self._links[host, process] = _Link(publisher, inbox, seal)
 
     def detach(self, host: str, process: str) -> None:
         """Talk with it no longer."""
         link = self._links.pop((host, process), None)
         if link is not None:
             link.publisher.undeclare()
-            link.subscriber.undeclare()
+            link.inbox.close()
 
-    def send(self, host: str, process: str, data: bytes) -> None:
-        """Send to an attached process."""
-        link = self._links[host, process]
-        link.publisher.put(_sealed(link.seal, data))
+    def send(self, address: Address, data: bytes) -> None:
+        """Send to an attached process; waits where that takes nothing, at most 5 s, after which zenoh drops it."""
+        publisher, _, seal = self._links[address]
+        publisher.put(data if seal is None else seal.sealed(data))
 
-    def receive(self, timeout_s: float) -> Arrival | None:
-        """What arrived next; None after the time."""
-        return self._queue.get(timeout_s)
+    def receive(self, address: Address | None) -> bytes | None:
+        """What a process sends next; None where a while has passed, or somebody has appeared or vanished."""
+        if self._changes:
+            return None
+        if address is None:
+            self._waiting.at(self._nobody)
+            return None
+        _, inbox, seal = self._links[address]
+        return _opened(seal, self._waiting.at(inbox))
+
+    def received(self, address: Address) -> bytes | None:
+        """What a process has sent; None where nothing is there."""
+        _, inbox, seal = self._links[address]
+        return _opened(seal, inbox.next_there())
+
+    def changes(self) -> Iterator[Change]:
+        """Who has appeared and vanished meanwhile."""
+        while self._changes:
+            change = self._changes.popleft()
+            if isinstance(change, BaseException):
+                raise change
+            yield change
 
     def close(self) -> None:
-        """Close the session, without which the process would not exit."""
+        """Close the session, without which the process would not exit, and remove the socket. Raises nothing."""
         try:
-            self._session.close()
+            self._waiting.close()
+            close_session(self._session)
         finally:
             self._socket.remove()
 
@@ -150,18 +150,26 @@ class HostBus:
     """
 
     def __init__(
-        self, name: str, connect: Sequence[str], identity: Identity, file: Path | None = None, *, is_sealed: bool = True
+        self,
+        name: str,
+        connect: Sequence[str],
+        identity: Identity,
+        file: Path | None = None,
+        *,
+        look_s: float,
+        is_sealed: bool = True,
     ):
-        """Connect and offer; waits for a conductor that is not there yet. is_sealed: as the conductor's. HostError."""
-        self._queue, self._identity, self._is_sealed = _Queue(), identity, is_sealed
+        """Connect and offer; waits for a conductor that is not there yet.
+
+        look_s: longest time that receive() waits. is_sealed: as the conductor's. Raises HostError.
+        """
+        self._identity, self._is_sealed = identity, is_sealed
         self._seal: Seal | None = None
-        self._heard = ""  # the conductor whose message came last, by its name on the bus
-        self._is_following = False
+        self._heard = ""  # the conductor whose message came last, by the key on which it sends
         self._session = open_session(configuration([], connect, file))
-        self._subscriber = self._session.declare_subscriber(
-            f"towline/in/{name}/{identity.name}/*", self._queue.callback(_from_conductor)
-        )
-        self._publisher = _publisher(self._session, f"towline/out/{name}/{identity.name}")
+        self._anybody = f"{_TO_HOSTS}/{name}/{identity.name}/*"
+        self._waiting, self._inbox = Waiting(look_s), Inbox(self._session, self._anybody)
+        self._publisher = _publisher(self._session, f"{_FROM_HOSTS}/{name}/{identity.name}")
         self._token = self._session.liveliness().declare_token(f"{_OFFERS}/{name}/{identity.name}")
         self._conductor: zenoh.Subscriber[None] | None = None
         self.is_led = False
@@ -172,37 +180,39 @@ class HostBus:
         def note(sample: zenoh.Sample) -> None:
             self.is_led = sample.kind == zenoh.SampleKind.PUT
 
-        self.leave()
-        self._is_following = self.is_led = True
+        self._hear(self._heard)
+        self.is_led = True
         self._conductor = self._session.liveliness().declare_subscriber(f"{_CONDUCTORS}/{run:016x}", note, history=True)
 
     def leave(self) -> None:
         """Hear any conductor."""
+        self._hear(self._anybody)
+
+    def _hear(self, key: str) -> None:
+        """Take what is sent to a key, and no more what is sent to others."""
         if self._conductor is not None:
             self._conductor.undeclare()
-        self._conductor, self._is_following = None, False
+        self._conductor = None
+        before, self._inbox = self._inbox, Inbox(self._session, key)
+        before.close()
 
     def send(self, data: bytes) -> None:
         """Send to the conductor whose message came last."""
-        self._publisher.put(_sealed(self._seal, data))
+        self._publisher.put(data if self._seal is None else self._seal.sealed(data))
 
-    def receive(self, timeout_s: float) -> bytes | None:
-        """The next message; None after the time; no bytes where it is not from the conductor followed."""
-        arrived = self._queue.get(timeout_s)
-        if arrived is None:
-            return None
-        conductor, data = arrived
+    def receive(self) -> bytes | None:
+        """The next message; None where a while has passed; no bytes where it is from another than it says."""
+        data = self._waiting.at(self._inbox)
+        if self._conductor is None and data is not None:
+            self._listen_to(self._inbox.key)
+        return data if self._seal is None else _opened(self._seal, data)
+
+    def _listen_to(self, conductor: str) -> None:
         if conductor != self._heard:
-            if self._is_following:
-                return b""
-            self._seal = self._identity.seal_with(conductor) if self._is_sealed else None
+            self._seal = self._identity.seal_with(conductor.rpartition("/")[2]) if self._is_sealed else None
             self._heard = conductor
-        return _opened(self._seal, data)
 
     def close(self) -> None:
-        """Withdraw the offer and close the session."""
-        self._session.close()
-
-
-def _from_conductor(sample: zenoh.Sample) -> tuple[str, bytes]:
-    return str(sample.key_expr).rpartition("/")[2], sample.payload.to_bytes()
+        """Withdraw the offer and close the session. Raises nothing."""
+        self._waiting.close()
+        close_session(self._session)

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse._ArgumentGroup) -> None:
 def command(log: Log, arguments: argparse.Namespace) -> int:
     """Play it."""
     from pipeline.bus.channels import CHANNELS, Channels  # imports zenoh
-    from pipeline.bus.configuration import configuration, open_session
+    from pipeline.bus.configuration import close_session, configuration, open_session
     from pipeline.hosts.deployment import ENDPOINT
 
     if arguments.set or arguments.out:
@@ -55,7 +55,7 @@ def command(log: Log, arguments: argparse.Namespace) -> int:
         while arguments.loop:
             player.play(until_ns)
     finally:
-        session.close()
+        close_session(session)
     wall_s, played = time.monotonic() - began, player.played
     if arguments.json:
         print_json({"log": str(log.path), "wall_s": wall_s, **asdict(played)})

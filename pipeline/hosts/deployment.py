@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -10,9 +10,10 @@ from typing import Protocol
 from pipeline.bus.channels import Channels
 from pipeline.bus.identity import Identity
 from pipeline.bus.local import LocalBus
-from pipeline.bus.zenoh import Arrival, ConductorBus
+from pipeline.bus.zenoh import Address, Change, ConductorBus
 from pipeline.hosts.launch import LocalProcess, Nursery
 
+LOOK_S = 0.05  # the longest that a bus keeps whoever waits for what arrives
 ENDPOINT = "tcp/127.0.0.1:7447"  # where machines connect, unless said: loopback, with zenoh's usual port
 
 
@@ -30,11 +31,18 @@ class Bus(Protocol):
     def detach(self, host: str, process: str) -> None:
         """Talk with it no longer."""
 
-    def send(self, host: str, process: str, data: bytes) -> None:
+    def send(self, address: Address, data: bytes) -> None:
         """Send to an attached process."""
 
-    def receive(self, timeout_s: float) -> Arrival | None:
-        """What arrived next; None after the time."""
+    def receive(self, address: Address | None) -> bytes | None:
+        """What a process sends next; None after LOOK_S, or where there are changes."""
+
+    def received(self, address: Address) -> bytes | None:
+        """What a process has sent; None where nothing is there."""
+
+    def changes(self) -> Iterator[Change]:
+        """Who has appeared and vanished meanwhile."""
+        ...
 
     def close(self) -> None:
         """Close it."""
@@ -95,7 +103,7 @@ class OnZenoh:
 
     def open(self, run: int) -> ConductorBus:
         """Raises HostError."""
-        bus = ConductorBus(run, self._options.listen, self._options.config)
+        bus = ConductorBus(run, self._options.listen, self._options.config, look_s=LOOK_S)
         self._endpoint = bus.endpoint
         return bus
 

@@ -29,7 +29,7 @@ def serve(
 
     secret: of its identity on the bus, a new one unless given.
     """
-    bus = HostBus(name, connect, Identity(secret), config, is_sealed=is_sealed)
+    bus = HostBus(name, connect, Identity(secret), config, look_s=POLL_S, is_sealed=is_sealed)
     serving = Serving(name)
     try:
         led_s, asked_s, told = time.monotonic(), time.monotonic(), set()
@@ -38,7 +38,7 @@ def serve(
                 tell("the run has ended")
                 serving.abandon()
                 bus.leave()
-            data = bus.receive(POLL_S)
+            data = bus.receive()
             if data is not None:
                 _answer(serving, bus, data, tell)
             elif not serving.run and time.monotonic() - asked_s > ASK_S:

@@ -9,11 +9,13 @@ import numpy as np
 from pipeline import native_loop as loop
 from pipeline.graph import Graph
 from pipeline.hosts.lengths import lengths, pack_saved, unpack_saved
-from pipeline.loop_tables import BOND_ROW, FAILED, OFFSET_ON, STATUS, TICK
+from pipeline.loop_tables import BOND_ROW, FAILED, OFFSET_ON, STATUS
 from pipeline.memory import lay_out
 
 if TYPE_CHECKING:
     from pipeline.hosts.fmu.base import FmuHost
+
+Numbers = bytes | memoryview  # float64, little-endian
 
 
 class SectionRunner:
@@ -31,9 +33,10 @@ class SectionRunner:
         self._memory = lay_out(graph)
         self._tables = k = self._memory.tables
         loop.prepare(k, self._memory.inits)
+        self._places = loop.places_of(k)
         self.lengths = sizes = lengths(self._memory, range(len(graph.nodes)), len(graph.bonds), outside)
         self._signals = k.board[: sizes.signals]
-        self._outside = k.board[sizes.signals : sizes.signals + outside]
+        self._outside = k.board[sizes.signals :][:outside].data.cast("B") if outside else memoryview(bytearray())
         self._states = k.states[: sizes.state]
         self._inputs = k.inputs[: sizes.inputs]
         rows = self._memory.row_starts[len(graph.nodes) :, None] + np.arange(1, BOND_ROW + 1)
@@ -44,26 +47,27 @@ class SectionRunner:
         """Of its components."""
         return [node.name for node in self._graph.nodes]
 
-    def initialise(self, numbers: np.ndarray) -> None:
-        """Run every init at t0."""
+    def initialise(self, numbers: Numbers) -> int:
+        """Run every init at t0; the status of the component that stopped the run, or 0."""
         self._take(numbers)
-        loop.initialise(self._tables, self._memory.inits, len(self._graph.nodes), self._graph.start_ns)
+        k = self._tables
+        k.filled[:], k.clock[STATUS] = self._memory.row_starts, 0
+        loop.initialise(k, self._memory.inits, len(self._graph.nodes), self._graph.start_ns)
+        return int(k.clock[STATUS])
 
-    def step(self, numbers: np.ndarray, t_ns: int) -> None:
-        """Make the steps that end at t_ns."""
+    def step(self, numbers: Numbers, t_ns: int) -> int:
+        """Make the steps that end at t_ns; the status of the component that stopped the run, or 0."""
         self._take(numbers)
-        graph, k = self._graph, self._tables
-        tick = (t_ns - graph.start_ns) // graph.base_ns
-        k.clock[TICK] = tick - 1
-        loop.advance(k, tick, graph.start_ns, graph.base_ns)
+        start_ns, base_ns = self._graph.start_ns, self._graph.base_ns
+        tick = (t_ns - start_ns) // base_ns
+        return loop.advance_at(self._places, self._memory.row_starts, tick - 1, tick, start_ns, base_ns)
 
-    def _take(self, numbers: np.ndarray) -> None:
-        k, sizes = self._tables, self.lengths
-        k.filled[:] = self._memory.row_starts
-        k.clock[STATUS] = 0
-        self._outside[:] = numbers[: sizes.outside]
-        if len(numbers) > sizes.outside:
-            self._set(numbers[sizes.outside :])
+    def _take(self, numbers: Numbers) -> None:
+        """What comes with a request, of one of the two lengths."""
+        end = self._outside.nbytes
+        self._outside[:] = numbers[:end]
+        if len(numbers) > end:
+            self._set(np.frombuffer(numbers[end:]))
 
     def _set(self, settings: np.ndarray) -> None:
         """Parameters and offsets as events left them."""
@@ -97,25 +101,23 @@ class SectionRunner:
         self._memory.close()
 
     @property
-    def stopped(self) -> tuple[int, int] | None:
-        """(status, node) where a component stopped the run."""
-        status = int(self._tables.clock[STATUS])
-        return (status, int(self._tables.clock[FAILED])) if status else None
+    def failed(self) -> int:
+        """The node that stopped the run, where one did."""
+        return int(self._tables.clock[FAILED])
 
-    def reply(self, *, state: bool, inputs: bool) -> bytes:
-        """The numbers of a reply, the state and the inputs where they are asked for."""
+    def reply(self, *, state: bool, inputs: bool) -> list[bytes]:
+        """The numbers of a reply in parts, the state and the inputs where they are asked for."""
         k = self._tables
         parts = [self._signals.tobytes()]
-        if len(k.bonds):
+        if self._bond_rows.size:
             parts += [k.capture[self._bond_rows].tobytes(), k.bond_energy.tobytes()]
         if state:
             parts.append(self._states.tobytes())
         if inputs:
             parts.append(self._inputs.tobytes())
-        return b"".join(parts)
+        return parts
 
-    def reason(self) -> str:
+    def reason(self, status: int) -> str:
         """Why the component that stopped the run did so, as its host tells; "" where it does not."""
-        status, node = self.stopped or (0, -1)
-        host = self._memory.hosts.get(node)
+        host = self._memory.hosts.get(self.failed)
         return host.reason(status) if host is not None else ""

@@ -15,6 +15,7 @@ from pipeline.bus.messages import (
     READY,
     REFUSED,
     RESTORE,
+    SETTINGS,
     STATE,
     STEP,
     STOPPED,
@@ -22,6 +23,7 @@ from pipeline.bus.messages import (
     Message,
     MessageError,
     pack,
+    pack_parts,
     unpack,
 )
 from pipeline.errors import TowlineError
@@ -29,14 +31,22 @@ from pipeline.hosts import facts
 from pipeline.hosts.assignment import AssignmentError, from_json
 from pipeline.hosts.section import SectionRunner
 
+TEXT_BYTES = 4096  # of what a component raised
+
 
 @dataclass
 class _Place:
-    """A section being run: the last request executed (-1: none), and its reply."""
+    """A section being run: how long requests are, the last one executed (-1: none), and its reply."""
 
     runner: SectionRunner
+    bytes: int
+    bytes_with_settings: int
     sequence: int = -1
     reply: bytes = b""
+
+
+def _place(runner: SectionRunner) -> _Place:
+    return _Place(runner, 8 * runner.lengths.request(0), 8 * runner.lengths.request(SETTINGS))
 
 
 class Serving:
@@ -69,19 +79,20 @@ class Serving:
             message = unpack(data)
         except MessageError:
             return self._ignore()
-        if message.kind == ASSIGN:
+        kind = message.kind
+        if kind == ASSIGN:
             return self._assign(message)
-        if (message.run, message.incarnation) != (self.run, self._incarnation):
+        if message.run != self.run or message.incarnation != self._incarnation:
             return self._ignore()
-        if message.kind == END:
+        place = self._sections.get(message.section)
+        if place is not None and kind in (STEP, INITIALISE):
+            return self._execute(place, message)
+        if kind == END:
             self.ended = True
             return None
-        place = self._sections.get(message.section)
-        if place is None:
-            return self._ignore()
-        if message.kind == RESTORE:
+        if place is not None and kind == RESTORE:
             return self._restore(place, message)
-        return self._execute(place, message)
+        return self._ignore()
 
     def _ignore(self) -> None:
         self._ignored += 1
@@ -113,7 +124,7 @@ class Serving:
         assigned = from_json(wanted["sections"])
         for place in self._sections.values():
             place.runner.close()
-        self._sections = {one.number: _Place(SectionRunner(one.graph, one.outside)) for one in assigned}
+        self._sections = {one.number: _place(SectionRunner(one.graph, one.outside)) for one in assigned}
         self.limit_s = float(wanted["limit_s"])
 
     def _restore(self, place: _Place, message: Message) -> None:
@@ -124,33 +135,32 @@ class Serving:
 
     def _execute(self, place: _Place, message: Message) -> bytes | None:
         """The request that is next in sequence; the last one's reply again; no other."""
-        runner, numbers = place.runner, message.values
-        if message.kind not in (INITIALISE, STEP) or len(numbers) != runner.lengths.request(message.flags):
+        runner, sequence, flags = place.runner, message.sequence, message.flags
+        if len(message.numbers) != (place.bytes_with_settings if flags & SETTINGS else place.bytes):
             return self._ignore()
-        if message.sequence == place.sequence and place.reply:
+        if sequence == place.sequence and place.reply:
             return place.reply
-        if message.sequence != place.sequence + 1:
+        if sequence != place.sequence + 1:
             self._ignored += 1
             return self._out_of_order(place, message)
-        if message.kind == INITIALISE:
-            runner.initialise(numbers)
+        if message.kind == STEP:
+            status = runner.step(message.numbers, message.t_ns)
         else:
-            runner.step(numbers, message.t_ns)
-        place.sequence, place.reply = message.sequence, self._done(runner, message)
+            status = runner.initialise(message.numbers)
+        place.sequence, place.reply = sequence, self._done(place, message, status)
         return place.reply
 
     def _out_of_order(self, place: _Place, message: Message) -> bytes:
         last = max(place.sequence, 0)
         return pack(Message(OUT_OF_ORDER, self.run, self._incarnation, message.section, last, ignored=self._ignored))
 
-    def _done(self, runner: SectionRunner, message: Message) -> bytes:
-        stopped = runner.stopped
-        wants_state = bool(message.flags & WANT_STATE)
-        flags = (STATE if wants_state else 0) | (STOPPED if stopped else 0)
-        saved = runner.saved() if wants_state and not stopped else b""
-        status, failed, text = (*stopped, runner.reason().encode()) if stopped else (0, -1, saved)
-        numbers = runner.reply(state=wants_state, inputs=stopped is not None)
-        place = message.section, message.sequence, message.t_ns
-        return pack(
-            Message(DONE, self.run, message.incarnation, *place, flags, status, failed, self._ignored, numbers, text)
-        )
+    def _done(self, place: _Place, message: Message, status: int) -> bytes:
+        flags = (STATE if message.flags & WANT_STATE else 0) | (STOPPED if status else 0)
+        parts = place.runner.reply(state=flags & STATE != 0, inputs=status != 0)
+        where = self.run, self._incarnation, message.section, message.sequence, message.t_ns
+        saved = place.runner.saved() if flags == STATE else b""
+        if not status and not saved:
+            return pack_parts(DONE, *where, flags, self._ignored, sum(map(len, parts)) // 8, parts)
+        text = place.runner.reason(status).encode()[:TEXT_BYTES] if status else saved
+        failed, numbers = place.runner.failed if status else -1, b"".join(parts)
+        return pack(Message(DONE, *where, flags, status, failed, self._ignored, numbers, text))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 from pipeline.bus.messages import (
@@ -19,7 +20,7 @@ from pipeline.bus.messages import (
     pack,
     unpack,
 )
-from pipeline.bus.zenoh import APPEARED, VANISHED, Arrival
+from pipeline.bus.zenoh import APPEARED, Change
 from pipeline.errors import HostError
 from pipeline.hosts import facts
 from pipeline.hosts.assignment import to_json
@@ -32,6 +33,9 @@ START_S = 60.0  # wall time that a process may take from its start until it is r
 PREPARE_S = 600.0  # the same of another machine, from its offer on: it may have all to compile
 DEATHS = 5  # a host that ends so often, starting or in one step, without an answer in between stops the run
 END_S = 2.0  # wall time that hosts are given to end by themselves
+
+
+Request = tuple[int, bytes, bool]  # section, numbers, whether it is the last of its block
 
 
 @dataclass
@@ -77,42 +81,40 @@ class Hosts:
     tell: Callable[[str], None]
     poll: Callable[[], None] = lambda: None
     _by_name: dict[str, Host] = field(default_factory=dict)
-    _links: dict[int, Link] = field(default_factory=dict)
+    _places: dict[int, tuple[Host, Link]] = field(default_factory=dict)  # by section
     _by_address: dict[tuple[str, str], Host] = field(default_factory=dict)
     _looked: float = 0.0
 
     def start(self) -> None:
         """Start the processes of this machine, and wait until all hosts are ready. Raises HostError."""
         self._by_name = {host.name: host for host in self.hosts}
-        self._links = {link.section.number: link for host in self.hosts for link in host.links}
+        self._places = {link.section.number: (host, link) for host in self.hosts for link in host.links}
         for host in self.hosts:
             if host.limit_s is None:
                 self._start(host)
             else:
                 self.tell(f"waiting for host {host.name} ({_names(host)}), up to {host.limit_s:g} s")
-        self._wait(lambda: all(host.is_ready for host in self.hosts))
+        self._looked = time.monotonic()
+        while awaited := next((host for host in self.hosts if not host.is_ready), None):
+            self._heed(awaited)
 
-    def ask(
-        self,
-        kind: int,
-        requests: Sequence[tuple[Link, bytes]],
-        t_ns: int,
-        last: Sequence[bool],
-        meanwhile: Callable[[], None],
-    ) -> None:
+    def ask(self, kind: int, requests: Iterable[Request], t_ns: int, meanwhile: Callable[[], None]) -> None:
         """Send a request to each section, do something meanwhile, and wait for all replies. Raises HostError."""
         asked = []
-        for (link, numbers), is_last in zip(requests, last, strict=True):
-            host = self._by_name[link.section.host]
-            is_free = host.is_ready and link.is_answered
+        for number, numbers, is_last in requests:
+            host, link = self._places[number]
+            is_free = host.is_ready and link.answered == link.sequence
             data = link.make(kind, self.run, host.incarnation, t_ns, numbers, is_last=is_last)
-            asked.append(link)
             host.waited_s = host.repeated_s = 0.0
             if is_free and host.address is not None:
-                self.bus.send(*host.address, data)
+                self.bus.send(host.address, data)
             link.keep(data)
+            asked.append((host, link))
         meanwhile()
-        self._wait(lambda: all(link.answered == link.sequence for link in asked))
+        self._looked = time.monotonic()
+        for host, link in asked:
+            while link.answered != link.sequence:
+                self._heed(host)
 
     def counts(self) -> dict[str, dict[str, int]]:
         """{host: {restarts, late, refused}}."""
@@ -122,43 +124,40 @@ class Hosts:
         }
 
     def close(self) -> str:
-        """End all processes and the bus; returns what the processes wrote."""
-        for host in self.hosts:
-            if host.address is not None:
-                self.bus.send(*host.address, pack(Message(END, self.run, host.incarnation)))
-        until = time.monotonic() + END_S
-        written = ""
-        for host in self.hosts:
-            if host.process is not None:
-                host.process.end(max(0.0, until - time.monotonic()) if host.is_ready else 0.0)
-                written += host.process.collect()
-        self.bus.close()
-        self.deployment.close()
+        """End all processes and the bus, whatever fails of it; returns what the processes wrote."""
+        with ExitStack() as after:
+            after.callback(self.deployment.close)
+            after.callback(self.bus.close)
+            for host in self.hosts:
+                if host.address is not None:
+                    self.bus.send(host.address, pack(Message(END, self.run, host.incarnation)))
+            until = time.monotonic() + END_S
+            written = ""
+            for host in self.hosts:
+                if host.process is not None:
+                    host.process.end(max(0.0, until - time.monotonic()) if host.is_ready else 0.0)
+                    written += host.process.collect()
         return written
 
-    def _wait(self, is_done: Callable[[], bool]) -> None:
-        """Take in what arrives until it is done."""
-        self._looked = time.monotonic()
-        while not is_done():
-            arrival = self.bus.receive(POLL_S)
-            if arrival is not None:
-                self._take(arrival)
-            if time.monotonic() - self._looked > POLL_S:
-                self.poll()
-                self._look()
+    def _heed(self, host: Host) -> None:
+        """Wait for what a host sends next and take it in; now and then look who is overdue."""
+        data = self.bus.receive(host.address)
+        if data is not None:
+            self._answered(host, data)
+        for change in self.bus.changes():
+            self._take(change)
+        if time.monotonic() - self._looked > POLL_S:
+            self.poll()
+            self._look()
 
-    def _take(self, arrival: Arrival) -> None:
-        kind, name, process, data = arrival
+    def _take(self, change: Change) -> None:
+        """Somebody has appeared or vanished."""
+        kind, name, process = change
+        host = self._by_address.get((name, process))
         if kind == APPEARED:
             self._appeared(name, process)
-            return
-        host = self._by_address.get((name, process))
-        if host is None:
-            return
-        if kind == VANISHED:
+        elif host is not None:
             self._vanished(host)
-        else:
-            self._answered(host, data)
 
     def _appeared(self, name: str, process: str) -> None:
         """Give a process that offers itself its sections, if it is the one awaited."""
@@ -188,7 +187,7 @@ class Hosts:
         }
         host.repeated_s = 0.0
         message = Message(ASSIGN, self.run, host.incarnation, text=json.dumps(wanted).encode())
-        self.bus.send(*host.address, pack(message))
+        self.bus.send(host.address, pack(message))
 
     def _vanished(self, host: Host) -> None:
         if host.limit_s is None:
@@ -210,7 +209,7 @@ class Hosts:
         except MessageError:
             self._strange(host)
             return
-        if (message.run, message.incarnation) != (self.run, host.incarnation):
+        if message.run != self.run or message.incarnation != host.incarnation:
             host.refused += 1  # of an incarnation that is no more
         elif message.kind == DONE:
             self._done(host, message)
@@ -241,19 +240,20 @@ class Hosts:
         for link in host.links:
             restore = link.restart(self.run, host.incarnation)
             if restore is not None:
-                self.bus.send(*host.address, restore)
+                self.bus.send(host.address, restore)
             self._ask_next(host, link)
 
     def _ask_next(self, host: Host, link: Link) -> None:
         if not link.is_answered and host.address is not None:
-            self.bus.send(*host.address, link.open_request(host.incarnation))
+            self.bus.send(host.address, link.open_request(host.incarnation))
 
     def _done(self, host: Host, message: Message) -> None:
-        link = self._links.get(message.section)
-        if link is None or link.section.host != host.name or not host.is_ready or not link.take(message):
+        host_of_it, link = self._places.get(message.section, (None, None))
+        if link is None or host_of_it is not host or not host.is_ready or not link.take(message):
             host.refused += 1
             return
-        self._heed_ignored(host, message.ignored)
+        if message.ignored > host.ignored:
+            self._heed_ignored(host, message.ignored)
         host.waited_s = host.repeated_s = 0.0
         host.is_late = False
         if link.is_answered:
@@ -263,7 +263,7 @@ class Hosts:
 
     def _heed_ignored(self, host: Host, ignored: int) -> None:
         """What the host says that it has ignored."""
-        if ignored > host.ignored and not host.is_warned:
+        if not host.is_warned:
             host.is_warned = True
             self.tell(f"host {host.name} is sent messages that are not of this run: ignored and counted")
         host.ignored = ignored
@@ -277,7 +277,10 @@ class Hosts:
         self._assign(host)
 
     def _look(self) -> None:
-        """Who is overdue, who has died."""
+        """Take in what the others have sent meanwhile; then: who is overdue, who has died."""
+        for host in self.hosts:
+            while host.address is not None and (data := self.bus.received(host.address)) is not None:
+                self._answered(host, data)
         now = time.monotonic()
         passed, self._looked = min(now - self._looked, 2 * POLL_S), now
         for host in self.hosts:

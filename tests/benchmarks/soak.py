@@ -11,6 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
 import psutil
 
 from pipeline.hosts.deployment import BusOptions
@@ -23,6 +24,7 @@ SOAK_S = float(os.environ.get("TOWLINE_SOAK_S", "1800"))
 RATE = 0.2  # simulated seconds a second: 200 ticks of five round trips, which two busy cores can keep up
 WARM = 0.2  # of the time: what is allocated by then is taken as the base
 KILL_S = 60.0
+PARTS = 10  # of the time, whose means are told
 MIB = 1 << 20
 Row = dict[str, str | float]
 
@@ -53,6 +55,11 @@ class _Watch:
         first, last = after[: len(after) // 2], after[len(after) // 2 :]
         base = sum(first) / len(first)
         return base, sum(last) / len(last) - base
+
+    def course(self, what: str) -> str:
+        """Means over equal parts of the whole time, in order."""
+        parts = np.array_split([usage[what] for _, usage in self.seen], PARTS)
+        return " ".join(f"{np.mean(part):.4g}" for part in parts if len(part))
 
 
 def _usage() -> dict[str, float]:
@@ -90,5 +97,6 @@ def rows() -> list[Row]:
     found: list[Row] = []
     for what in watch.seen[0][1]:
         base, grown = watch.growth(what)
-        found.append({"case": what, "base": base, "error": grown, "error_unit": "growth", **shared})
+        course = watch.course(what)
+        found.append({"case": what, "base": base, "error": grown, "error_unit": "growth", "course": course, **shared})
     return found

@@ -134,6 +134,28 @@ def test_killed_machine_is_waited_for_and_fed(endpoint, tmp_path):
     assert "host crane is back" in said
 
 
+def test_machine_that_does_not_come_back_is_named_with_its_step(endpoint, tmp_path):
+    """The run stops after the machine's limit, the log whole up to there."""
+    from pipeline.log.reader import open_log
+
+    path, died = tmp_path / "a.mcap", []
+    with machine(endpoint) as crane:
+
+        def kill_it(simulated_s: float) -> None:
+            if simulated_s > 0.5 and not died:
+                died.append(simulated_s)
+                crane.kill()
+
+        with pytest.raises(
+            HostError, match=r"host crane \(b\) was waited for 1 s in its step at t = .* s; start it by"
+        ) as error:
+            run(scenario_of(limit="1 s"), path, BusOptions((endpoint,)), monitor=kill_it)
+    log = open_log(path)
+    assert log.complete
+    assert log.metadata("result")["ending"] == str(error.value)
+    assert log.times("a")[-1] >= died[0] * 1e9
+
+
 def test_stopped_machine_is_late_and_goes_on(endpoint, tmp_path):
     """As one that does not answer for two seconds: nothing is started again."""
     scenario, said, stopped = scenario_of(), [], []

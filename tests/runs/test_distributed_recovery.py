@@ -9,6 +9,7 @@ import importlib.util
 import json
 import os
 import random
+import resource
 import signal
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from pipeline.errors import HostError, LogError
+from pipeline.errors import HostError
 from pipeline.hosts.deployment import BusOptions
 from pipeline.log.reader import open_log
 from pipeline.rerun import graph_of
@@ -84,22 +85,29 @@ def failing(folder: Path, way: str, *, always: bool = False):
     return load_scenario_text(SCENARIO, "failing.yaml", folder)
 
 
-def run(scenario, path, bus=None, said=None):
-    tell = said.append if said is not None else lambda _: None
+def run(scenario, path, bus=None, tell=lambda _: None):
     return run_scenario(scenario, build_graph(scenario), path, Options(bus=bus, tell=tell), lambda _: None)
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_fails_once_within_a_step(way, tmp_path):
     """It is named with its step, started again, restored and fed; the log tells, the digest does not."""
-    scenario, said = failing(tmp_path, way), []
+    scenario, said, when = failing(tmp_path, way), [], []
+
+    def tell(text: str) -> None:
+        said.append(text)
+        when.append(time.time())
+
     local = run(scenario, tmp_path / "local.mcap")
-    result = run(scenario, tmp_path / "zenoh.mcap", BusOptions(), said)
+    result = run(scenario, tmp_path / "zenoh.mcap", BusOptions(), tell)
     assert result.digest == local.digest
     assert result.hosts["failing"] == {"restarts": 1, "late": int(way in ("hangs", "stopped")), "refused": 0}
     what = "died" if way in ("killed", "exits") else "has not answered for 0.3 s"
     assert said == [f"host failing (failing) {what} in its step at t = 0.5 s: started again"]
     assert [text for _, text in open_log(result.log).events()] == said
+    after_s = when[0] - (tmp_path / "failed").stat().st_mtime
+    assert after_s < 1.0  # 0.3 s of being overdue where it hangs, and looks 0.05 s apart
+    assert after_s > 0.25 or what == "died"
 
 
 @pytest.mark.parametrize("way", ["exits", "hangs"])
@@ -183,19 +191,46 @@ def test_conductor_killed_and_resumed(tmp_path):
     assert result.digest == whole.digest
 
 
-def test_disk_full(tmp_path, monkeypatch):
-    """The recorder's refusal ends the run with one line; the log is readable, and nobody is left."""
-    scenario = load_scenario(POOL, duration="5 s")
-    graph = build_graph(scenario)
+def test_hosts_heed_no_interrupt(tmp_path):
+    """Ctrl-C is the conductor's: a terminal that sends it to all of them does not disturb it twice."""
+    scenario, sent = load_scenario(POOL, duration="4 s"), []
 
-    def full(*_) -> None:
-        raise LogError("a.mcap: cannot write: No space left on device")
+    def interrupt(_: float) -> None:
+        if not sent:
+            sent.extend(psutil.Process().children(recursive=True))
+            for process in sent:
+                process.send_signal(signal.SIGINT)
 
-    def fill(simulated_s: float) -> None:
-        if simulated_s > 1.0:
-            monkeypatch.setattr("pipeline.log.recorder.Recorder.rows", full)
+    options = Options(bus=BusOptions())
+    result = run_scenario(scenario, build_graph(scenario), tmp_path / "a.mcap", options, interrupt)
+    assert len(sent) == 5
+    assert all(not any(counts.values()) for counts in result.hosts.values())
+    assert result.digest == run(scenario, tmp_path / "local.mcap").digest
 
-    with pytest.raises(LogError, match="No space left"):
-        run_scenario(scenario, graph, tmp_path / "a.mcap", Options(bus=BusOptions()), fill)
-    assert not psutil.Process().children(recursive=True)
-    assert not open_log(tmp_path / "a.mcap").complete
+
+def test_disk_full(tmp_path):
+    """A limit on the size of files stands for a full disk: one line, a log readable up to there, and nobody left."""
+
+    def limit() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20))
+
+    path = tmp_path / "a.mcap"
+    words = ("run", str(POOL), "--bus", "zenoh", "--out", str(path), "--json")
+    child = subprocess.Popen(
+        [sys.executable, "-m", "pipeline.cli", *words],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT, preexec_fn=limit,
+    )  # fmt: skip
+    family: dict[int, psutil.Process] = {}
+    while child.poll() is None:
+        family |= {one.pid: one for one in psutil.Process(child.pid).children(recursive=True)}
+        time.sleep(0.2)
+    _, err = child.communicate(timeout=LIMIT_S)
+    assert child.returncode == 1
+    assert "cannot write the log: File too large" in err
+    assert "Traceback" not in err
+    assert len(family) == 5
+    assert gone(list(family.values()))
+    log = open_log(path)
+    assert not log.complete
+    assert log.times("tether")[-1] > 0

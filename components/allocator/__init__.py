@@ -1,0 +1,1 @@
+"""Allocators: what each thruster is to give so that together they give the demand."""

@@ -1,0 +1,1 @@
+"""The allocation of least power without limits, by Newton's method from the quadratic one."""

@@ -1,0 +1,1 @@
+"""The allocation of van Daalen et al. 2011 with its loop over limits, as printed, for comparison."""

@@ -1,0 +1,133 @@
+"""A ship file: thrusters, the loads on the ship, and which failures are to be looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from components.allocator.exact.model import Exact
+from pipeline import parameters
+from pipeline.capability.loads import Loads, read_loads
+from pipeline.catalogue import closest
+from pipeline.document import below
+from pipeline.errors import Place, Problem, ScenarioError
+from pipeline.parameters import Given
+from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, plain, read_text
+
+KEYS = ("name", "loads", "thrusters", "failures", "weights")
+# Keys of the DP Capability Tool's files, whose numbers have no units: the parameter's name and the unit.
+PUBLISHED = {
+    "type": ("kind", ""),
+    "thrust": ("max_thrust", "kN"),
+    "power": ("max_power", "kW"),
+    "forbidden_deg": ("forbidden", "deg"),
+    "x": ("x", "m"),
+    "y": ("y", "m"),
+}
+
+
+@dataclass(frozen=True)
+class Ship:
+    """names: of the thrusters. failures: {case: names of the thrusters lost}, in the order of the file."""
+
+    names: list[str]
+    allocator: Exact
+    loads: Loads
+    failures: Mapping[str, frozenset[str]]
+
+    def left_after(self, lost: frozenset[str]) -> list[bool]:
+        """Which thrusters can still be used."""
+        return [name not in lost for name in self.names]
+
+
+def read_ship(path: Path) -> Ship:
+    """Raises ScenarioError with all problems of the file, or TowlineError for its table of loads."""
+    tree, problems = parse(read_text(path, str(path)), str(path))
+    if tree is not None and not isinstance(tree, Table):
+        problems.append(Problem(tree.place, "", "expected a mapping with loads and thrusters"))
+    if not isinstance(tree, Table):
+        raise ScenarioError(problems)
+    for key in tree.entries.keys() - set(KEYS):
+        problems.append(Problem(tree.keys[key], key, f"unknown key{closest(key, list(KEYS))}"))
+    names, allocator = _allocator(tree, path.parent, problems)
+    failures = _failures(tree, names, problems)
+    loads = _text(tree, "loads", problems)
+    if problems or allocator is None or loads is None:
+        raise ScenarioError(problems)
+    return Ship(names, allocator, read_loads(path.parent / loads), failures)
+
+
+def _text(tree: Table, key: str, problems: list[Problem]) -> str | None:
+    value = tree.entries.get(key)
+    if isinstance(value, Scalar) and isinstance(value.value, str):
+        return value.value
+    place = tree.place if value is None else value.place
+    problems.append(Problem(place, key, "missing: expected the path of a CSV file" if value is None else "no path"))
+    return None
+
+
+def _allocator(tree: Table, folder: Path, problems: list[Problem]) -> tuple[list[str], Exact | None]:
+    items = tree.entries.get("thrusters")
+    if not isinstance(items, Items):
+        problems.append(
+            Problem(tree.place if items is None else items.place, "thrusters", "expected a list of thrusters")
+        )
+        return [], None
+    names, rows = [], []
+    for i, item in enumerate(items.items):
+        names.append(_name(item, i, names, problems))
+        rows.append(_with_units(item))
+    given = {"thrusters": Given(Items(tuple(rows), items.place), tree.keys["thrusters"], folder)}
+    if "weights" in tree.entries:
+        given["weights"] = Given(tree.entries["weights"], tree.keys["weights"], folder)
+    return names, parameters.build(Exact, given, tree.place, "", problems)
+
+
+def _name(item: Tree, i: int, before: list[str], problems: list[Problem]) -> str:
+    """A thruster's name; its number where it has none."""
+    name = str(plain(item.entries["name"])) if isinstance(item, Table) and "name" in item.entries else str(i + 1)
+    if name in before:
+        problems.append(Problem(item.place, below("thrusters", i, "name"), f"'{name}' is another thruster's name"))
+    return name
+
+
+def _with_units(item: Tree) -> Tree:
+    """A thruster's mapping under the parameters' names, with units where a published file has none."""
+    if not isinstance(item, Table):
+        return item
+    entries: dict[str, Tree] = {}
+    keys: dict[str, Place] = {}
+    for key, value in item.entries.items():
+        name, unit = PUBLISHED.get(key, (key, ""))
+        if key != "name":
+            entries[name], keys[name] = _unit_given(value, unit), item.keys[key]
+    return Table(entries, keys, item.place)
+
+
+def _unit_given(value: Tree, unit: str) -> Tree:
+    if isinstance(value, Items):
+        return Items(tuple(_unit_given(item, unit) for item in value.items), value.place)
+    if not unit or not isinstance(value, Scalar) or isinstance(value.value, str | bool | None):
+        return value
+    return Scalar(f"{value.value!r} {unit}", value.place)
+
+
+def _failures(tree: Table, names: list[str], problems: list[Problem]) -> dict[str, frozenset[str]]:
+    """What the file names, each a list of thrusters that fail together (a switchboard's); else each thruster alone."""
+    table = tree.entries.get("failures")
+    if table is None:
+        return {name: frozenset([name]) for name in names}
+    if not isinstance(table, Table):
+        text = "expected a mapping such as {switchboard A: [Th1, Th3]}"
+        problems.append(Problem(table.place, "failures", text))
+        return {}
+    found = {}
+    for case, value in table.entries.items():
+        lost = plain(value) if isinstance(value, Items) else [plain(value)]
+        for name in lost if isinstance(lost, list) else []:
+            if str(name) not in names:
+                text = f"'{name}' is no thruster{closest(str(name), names)}"
+                problems.append(Problem(value.place, below("failures", case), text))
+        found[case] = frozenset(map(str, lost)) if isinstance(lost, list) else frozenset()
+    return found
