@@ -156,6 +156,10 @@ def _no_sizes(_: Any) -> Sizes:
     return Sizes()
 
 
+def _no_defaults(_: Any) -> Mapping[str, tuple[float, ...]]:
+    return {}
+
+
 @dataclass(frozen=True)
 class Component:
     """One kind of component: what `components/<family>/<name>/component.py` binds together as COMPONENT.
@@ -171,6 +175,8 @@ class Component:
     validity: a scalar output, at most 1 inside the range in which the model is valid and above 1 outside; the other
         members of its bundle are the measures of which it is the largest. "" if the model does not tell.
     assumptions: what the model leaves out and where it is valid, one sentence.
+    defaults: of the parameters, the inputs that may be left without a wire, and the numbers which they hold then.
+    absent: what looks like a port and cannot be wired, by name, and why.
     """
 
     name: str
@@ -188,6 +194,8 @@ class Component:
     terms: Callable[[Any], tuple[Term, ...]] = _no_terms
     validity: str = ""
     assumptions: str = ""
+    defaults: Callable[[Any], Mapping[str, tuple[float, ...]]] = _no_defaults
+    absent: Mapping[str, str] = field(default_factory=dict)
 
     def pack(self, parameters: Parameters, seed: int = 0) -> np.ndarray:
         """The vector p with its header; seed: 64 bits."""

@@ -28,6 +28,7 @@ COMMANDS = {
     "host": "offer this machine to a conductor on another one",
     "export": "write a log's channels as parquet or csv",
     "fmu": "build an FMU from a component, or tell what one contains",
+    "convert": "make a scenario from an SSP or an OSP system structure, or an SSP from a scenario of FMUs",
     "catenary": "static catenary between two points",
     "capability": "the wind up to which thrusters hold a ship, per heading and failure",
     "bench": "measure speed against error",
@@ -63,10 +64,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except TowlineError as error:
         if parsed.debug:
             raise
-        _report(str(error), parsed.json)
+        report(str(error), parsed.json)
         return FAILED
     except KeyboardInterrupt:
-        _report("interrupted", parsed.json)
+        report("interrupted", parsed.json)
         return INTERRUPTED
     except BrokenPipeError:
         _silence(sys.stdout)
@@ -75,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if parsed.debug:
             raise
-        _report(f"towline itself failed: {type(error).__name__}: {error} (--debug shows where)", parsed.json)
+        report(f"towline itself failed: {type(error).__name__}: {error} (--debug shows where)", parsed.json)
         return FAILED
 
 
@@ -88,7 +89,8 @@ def _terminate(_number: int, _frame: Any) -> None:
     raise KeyboardInterrupt
 
 
-def _report(message: str, as_json: bool) -> None:
+def report(message: str, as_json: bool) -> None:
+    """Tell of an error on standard error, and under --json on standard output too."""
     if as_json:
         try:
             print(json.dumps({"error": message}), flush=True)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,13 +13,15 @@ from components.contract import Port, law_ports
 from pipeline import native_loop as loop
 from pipeline.bus.channels import Channels
 from pipeline.digest import block_ticks
-from pipeline.errors import StepError
+from pipeline.errors import StepError, TowlineError
 from pipeline.events import EventClock, Firing
 from pipeline.graph import Graph
-from pipeline.hosts.python import RAISED
-from pipeline.loop_tables import NON_FINITE, RESIDUAL, STATUS, THROUGHPUT, TICK, UNCONVERGED
+from pipeline.loop_tables import NON_FINITE, RESIDUAL, STATUS, STEP, THROUGHPUT, TICK, UNCONVERGED, W
 from pipeline.memory import lay_out
 from pipeline.snapshot import Snapshot
+
+if TYPE_CHECKING:
+    from pipeline.hosts.fmu.base import FmuHost
 
 SLICE_S = 0.05  # wall time aimed at, so that a slice stays below 0.1 s on a noisy machine
 SHOWN = 9  # numbers of an input shown in a message
@@ -36,7 +40,7 @@ class Conductor:
 
     remarks: what happened to hosts, until somebody takes it; tell: is told at once. poll: called while waiting, may
     raise KeyboardInterrupt. written: by hosts to their standard streams, after close(). channels: on the bus, for
-    whoever subscribes; None where nobody could.
+    whoever subscribes; None where nobody could. inside: holds while compiled code runs.
     """
 
     channels: Channels | None = None
@@ -52,6 +56,7 @@ class Conductor:
         self.remarks: list[tuple[int, str]] = []  # (simulated time [ns], what happened to a host)
         self.tell: Callable[[str], None] = lambda _: None
         self.poll: Callable[[], None] = lambda: None
+        self.inside: Callable[[], AbstractContextManager[None]] = nullcontext
         self.written = ""
         self._slice = 1
         loop.prepare(self._tables, self.memory.inits)
@@ -70,7 +75,9 @@ class Conductor:
 
     def initialise(self) -> None:
         """Run every init at t0 and capture y(t0). Raises StepError."""
-        loop.initialise(self._tables, self.memory.inits, len(self.graph.nodes), self.graph.start_ns)
+        with self.inside():
+            loop.initialise(self._tables, self.memory.inits, len(self.graph.nodes), self.graph.start_ns)
+        self._heed_messages()
         self._raise_if_stopped(self.graph.start_ns)
 
     def run(self, until: int, slice_ticks: Callable[[], int | None] = lambda: None) -> Iterator[None]:
@@ -99,10 +106,43 @@ class Conductor:
         k = self._tables
         board = k.board[: self.graph.board]
         arrays = (self.memory.parameters, k.states, board, k.bond_energy.ravel())
-        return Snapshot(self.tick, self.events.fired, chains, *(array.copy() for array in arrays), ranges=ranges)
+        copies = (array.copy() for array in arrays)
+        return Snapshot(self.tick, self.events.fired, chains, *copies, ranges=ranges, hosts=self._saved())
+
+    def _saved(self) -> dict[str, bytes]:
+        """States that are not in x, of those hosts that can save them. Raises StepError."""
+        names = [node.name for node in self.graph.nodes]
+        saved: dict[str, bytes] = {}
+        for i, host in self.memory.fmus.items():
+            try:
+                if host.can_save:
+                    saved[names[i]] = host.save()
+            except TowlineError as error:
+                text = f"{names[i]} cannot save its state at t = {self.time_ns(self.tick) / 1e9:.9g} s: {error}"
+                raise StepError(text) from error
+        return saved
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot of the same graph."""
+        """Go on from a snapshot of the same graph. Raises StepError where an FMU does not take its state back."""
+        self._restore_arrays(snapshot)
+        for i, host in self.memory.fmus.items():
+            name = self.graph.nodes[i].name
+            try:
+                if name in snapshot.hosts:
+                    host.restore(snapshot.hosts[name])
+            except TowlineError as error:
+                raise StepError(f"{name} does not take its saved state: {error}") from error
+
+    def adopt(self, i: int, host: FmuHost) -> None:
+        """Go on with a host of node i that another memory has led to the present tick."""
+        span = self.memory.spans
+        k = self._tables
+        arrays = (self.memory.parameters, k.inputs, k.states, k.board, self.memory.workspace)
+        host.move([array[span[v][i]] for array, v in zip(arrays, "puxyw", strict=True)])
+        self.memory.hosts[i] = self.memory.entries[i] = host
+        k.nodes[i, STEP], k.nodes[i, W] = host.step, host.workspace
+
+    def _restore_arrays(self, snapshot: Snapshot) -> None:
         k = self._tables
         self.events.fast_forward(snapshot.fired)
         self.memory.parameters[:] = snapshot.parameters
@@ -118,6 +158,7 @@ class Conductor:
 
     def close(self) -> None:
         """Give up what the run holds beside memory."""
+        self.memory.close()
 
     def bond_energies(self) -> dict[str, dict[str, float]]:
         """Residual and throughput [J] of every bond, and how many of its steps stayed beyond the tolerance."""
@@ -143,13 +184,21 @@ class Conductor:
 
     def _advance_to(self, until: int) -> None:
         """Make the ticks up to `until`, fewer where a component stops the run."""
-        loop.advance(self._tables, until, self.graph.start_ns, self.graph.base_ns)
+        with self.inside():
+            loop.advance(self._tables, until, self.graph.start_ns, self.graph.base_ns)
+        self._heed_messages()
+
+    def _heed_messages(self) -> None:
+        """Take in what FMUs have logged."""
+        for i, host in self.memory.fmus.items():
+            for text in host.take_messages():
+                self.remarks.append((self.time_ns(self.tick), f"{self.graph.nodes[i].name}: {text}"))
 
     def _raise_if_stopped(self, t_ns: int) -> None:
         status, failed = (int(n) for n in self._tables.clock[STATUS:])
         if status == 0:
             return
-        host = self.memory.python.get(failed)
+        host = self.memory.hosts.get(failed)
         if host is not None and isinstance(host.error, KeyboardInterrupt):
             raise host.error
         node = self.graph.nodes[failed]
@@ -162,14 +211,14 @@ class Conductor:
         values = self._tables.board[self.memory.spans["y"][failed]]
         if status == NON_FINITE and not np.isfinite(values).all():
             return f"its output {_first_non_finite(node.outputs, values)} is not finite"
-        if status == RAISED and (raised := self._raised(failed)):
-            return f"its Python code raised {raised}"
+        if told := self._told(failed, status):
+            return told
         return node.component.status_text.get(status, f"status {status}, which it does not explain")
 
-    def _raised(self, failed: int) -> str:
-        """What a component's Python code raised; "" if nothing."""
-        host = self.memory.python.get(failed)
-        return host.raised() if host is not None else ""
+    def _told(self, failed: int, status: int) -> str:
+        """Why a component stopped the run, as its host tells; "" where it does not."""
+        host = self.memory.hosts.get(failed)
+        return host.reason(status) if host is not None else ""
 
     def _inputs(self, failed: int) -> str:
         """The inputs it had, shortened."""

@@ -14,7 +14,7 @@ from pipeline.conductor import Conductor
 from pipeline.errors import HostError
 from pipeline.graph import Graph, execution_order
 from pipeline.hosts.deployment import Deployment
-from pipeline.hosts.lengths import lengths
+from pipeline.hosts.lengths import lengths, pack_saved, unpack_saved
 from pipeline.hosts.supervisor import Host, Hosts
 from pipeline.loop_tables import BOND_ROW, BOND_STATE, FAILED, OFFSET_ON, STATUS, TICK
 from pipeline.placement import Placement
@@ -111,19 +111,26 @@ class Distributed(Conductor):
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot of the same graph, by hosts that are not started yet."""
-        super().restore(snapshot)
+        self._restore_arrays(snapshot)
         k = self._tables
         for part in self._parts:
             section = part.link.section
             energies = k.bond_energy[list(section.bonds)]
             settings = self._settings(part.settings)
-            part.link.begin_at(part.signals.read(), energies.tobytes(), part.states.read(), settings)
+            saved = pack_saved(snapshot.hosts[name] for name in part.link.saving)
+            part.link.begin_at(part.signals.read(), energies.tobytes(), part.states.read(), saved, settings)
 
     def snapshot(self, chains: dict[str, str], ranges: dict[str, dict[str, float]]) -> Snapshot:
         """The run at this block end, where every section's last reply brought its state."""
         for part in self._parts:
             part.states.write(part.link.snapshot[2])
         return super().snapshot(chains, ranges)
+
+    def _saved(self) -> dict[str, bytes]:
+        found: dict[str, bytes] = {}
+        for part in self._parts:
+            found |= zip(part.link.saving, unpack_saved(part.link.snapshot[3]), strict=True)
+        return found
 
     def host_counts(self) -> dict[str, dict[str, int]]:
         """{host: {restarts, late, refused}}."""
@@ -139,6 +146,7 @@ class Distributed(Conductor):
             self._deployment.close()
         for part in self._parts:
             part.link.close()
+        self.memory.close()
 
     def open(self) -> None:
         """Start the hosts, and wait until all are ready. Raises HostError."""
@@ -283,7 +291,7 @@ class Distributed(Conductor):
             raise self._error
         super()._raise_if_stopped(t_ns)
 
-    def _raised(self, failed: int) -> str:
+    def _told(self, failed: int, status: int) -> str:
         return self._said
 
 

@@ -119,9 +119,12 @@ class Settings(_Part):
 
 
 class ComponentEntry(_Part):
-    """One component."""
+    """One component: a model, or an FMU and how it is run."""
 
-    model: str = Field(description="a model such as motion.hand or ./my_component.py")
+    model: str | None = None
+    fmu: str | None = None
+    interface: Literal["co-simulation", "model-exchange"] | None = None
+    isolate: bool | None = None
     period: Period | None = None
     parameters: Entries = {}
     inputs: Entries = {}

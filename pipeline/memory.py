@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +12,13 @@ from components import compiled
 from components.contract import N_U, N_W, N_X
 from pipeline.errors import TowlineError
 from pipeline.graph import Graph, Node, OtherEnd, execution_order
+from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.hosts.python import PythonHost
 from pipeline.kernels import refusal
 from pipeline.loop_tables import BOND_ROW, BOND_STATE, LAW, Tables
+
+if TYPE_CHECKING:
+    from pipeline.hosts.fmu.base import FmuHost
 
 CAPTURE_BYTES = 8 << 20  # captured rows held between two hand-overs to the recorder
 CAPTURE_TICKS = 1 << 16
@@ -31,11 +36,21 @@ class Memory:
     parameters: np.ndarray
     workspace: np.ndarray
     spans: dict[str, list[slice]]
-    python: dict[int, PythonHost]
-    entries: list[compiled.EntryPoints | PythonHost]
+    hosts: dict[int, PythonHost | FmuHost]
+    entries: list[compiled.EntryPoints | PythonHost | FmuHost]
     row_starts: np.ndarray  # (channels,) where each channel's captured rows begin
     row_lengths: np.ndarray  # (channels,) numbers a row, time included
     capture_ticks: int
+
+    @property
+    def fmus(self) -> dict[int, FmuHost]:
+        """The hosts whose state is not in x, by node."""
+        return {i: host for i, host in self.hosts.items() if not isinstance(host, PythonHost)}
+
+    def close(self) -> None:
+        """Let FMUs go."""
+        for host in self.fmus.values():
+            host.close()
 
 
 def _spans(sizes: list[int]) -> list[slice]:
@@ -105,7 +120,13 @@ def _vectors(graph: Graph) -> tuple[list[np.ndarray], dict[str, list[slice]]]:
     return packed, spans
 
 
-def _entry(node: Node, vectors: list[np.ndarray]) -> compiled.EntryPoints | PythonHost:
+def _entry(node: Node, vectors: list[np.ndarray], start_ns: int) -> compiled.EntryPoints | PythonHost | FmuHost:
+    if isinstance(node.component, FmuComponent):
+        from pipeline.hosts.fmu.host import (
+            host_of,
+        )  # and its compiled step, which a scenario without FMUs does not need
+
+        return host_of(node, vectors, start_ns)
     if node.component.compiled:
         try:
             return compiled.bind(node.component)
@@ -147,14 +168,15 @@ def lay_out(graph: Graph) -> Memory:
     arrays = {v: _array(max((span.stop for span in spans[v]), default=0)) for v in "uxw"}
     arrays |= {"p": parameters, "y": _array(graph.board + len(initial))}
     arrays["y"][graph.board :][: len(initial)] = initial
-    rows, inits, python, entries = [], [], {}, []
+    rows, inits, hosts, entries = [], [], {}, []
     for i, node in enumerate(graph.nodes):
         vectors = [arrays[v][spans[v][i]] for v in "puxyw"]
-        entry = _entry(node, vectors)
+        entry = _entry(node, vectors, graph.start_ns)
         entries.append(entry)
-        if isinstance(entry, PythonHost):
-            python[i] = entry
         addresses = [arrays[v].ctypes.data + 8 * spans[v][i].start for v in "puxyw"]
+        if not isinstance(entry, compiled.EntryPoints):
+            hosts[i] = entry
+            addresses[-1] = entry.workspace or addresses[-1]
         x, y = spans["x"][i], spans["y"][i]
         places = (y.start, y.stop - y.start, x.start, x.stop - x.start, first[i], first[i + 1])
         rows.append((entry.step, *addresses, node.period * graph.base_ns, node.period, *places, i, 0))
@@ -186,4 +208,4 @@ def lay_out(graph: Graph) -> Memory:
         filled=starts.copy(),
     )
     inits = np.array(inits, np.int64)
-    return Memory(tables, inits, parameters, arrays["w"], spans, python, entries, starts, lengths, ticks)
+    return Memory(tables, inits, parameters, arrays["w"], spans, hosts, entries, starts, lengths, ticks)

@@ -289,11 +289,16 @@ def prepare(k, inits):
 
 @njit(nogil=True, cache=True, **OPTIONS)
 def step_through(k, u, y, first, end, start_ns, step_ns):
-    """Steps first..end-1 of node 0 alone, inputs from u (k, n_u), outputs to y (k, n_y); the failed one, else end."""
+    """Steps first..end-1 of node 0 alone, inputs from u (k, n_u), outputs to y (k, n_y).
+
+    Returns the step that failed, with k.clock saying why, else end.
+    """
     for s in range(first, end):
         for c in range(u.shape[1]):
             k.inputs[c] = u[s, c]
-        if step_node(k, 0, start_ns + s * step_ns) != 0:
+        status = step_node(k, 0, start_ns + s * step_ns)
+        if status != 0:
+            k.clock[STATUS], k.clock[FAILED] = status, 0
             return s
         for c in range(y.shape[1]):
             y[s, c] = k.board[c]

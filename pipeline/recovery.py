@@ -6,7 +6,8 @@ from functools import cache
 from tempfile import TemporaryFile
 from typing import IO
 
-from pipeline.bus.messages import RESTORE, SETTINGS, STATE, WANT_STATE, Message, pack, pack_parts, readdressed
+from pipeline.bus.messages import RESTORE, SETTINGS, STATE, STOPPED, WANT_STATE, Message, pack, pack_parts, readdressed
+from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.hosts.lengths import Lengths
 from pipeline.sections import Section
 
@@ -76,7 +77,11 @@ class Link:
         self.reply: Message | None = None
         self.state_every = 1 + 8 * (lengths.signals + lengths.energies + lengths.state) // STATE_BYTES
         self._tape = Tape()
-        self._snapshot: tuple[Numbers, Numbers, Numbers] = b"", b"", b""  # signals, energies, states
+        self._snapshot: tuple[Numbers, Numbers, Numbers, bytes] = b"", b"", b"", b""  # the last: what FMUs saved
+        fmus = [node for node in section.graph.nodes if isinstance(node.component, FmuComponent)]
+        able = [node.component.interface.can_save for node in fmus if isinstance(node.component, FmuComponent)]
+        self.saving = [node.name for node, can_save in zip(fmus, able, strict=True) if can_save]
+        self._keeps_all = not all(able)  # it can be started again only at t0, and fed all requests since
         self._brought: Message | None = None  # the reply that brought a later one
         self._kept = -1  # the sequence after which that was taken
         self._kept_settings = b""
@@ -126,14 +131,21 @@ class Link:
         if len(message.numbers) != self._bytes_of_reply(flags):
             return False
         self.answered, self.reply = sequence, message
-        if flags & STATE and sequence == self.sequence:  # the requests up to it are done with
-            self._brought, self._kept, self._kept_settings = message, sequence, self.settings
-            self._tape.clear()
+        if flags & (STATE | STOPPED) == STATE and sequence == self.sequence:
+            self._keep_state(message)
         return True
 
+    def _keep_state(self, message: Message) -> None:
+        """The state that it brought; the requests up to it are done with, unless all are needed."""
+        self._brought = message
+        self.state_every = 1 + (len(message.numbers) + len(message.text)) // STATE_BYTES
+        if not self._keeps_all:
+            self._kept, self._kept_settings = message.sequence, self.settings
+            self._tape.clear()
+
     @property
-    def snapshot(self) -> tuple[Numbers, Numbers, Numbers]:
-        """The last one: signals, energies of bonds, states."""
+    def snapshot(self) -> tuple[Numbers, Numbers, Numbers, bytes]:
+        """The last one: signals, energies of bonds, states, what FMUs saved."""
         if self._brought is not None:
             numbers, of = self._brought.numbers, self.lengths
             energies = 8 * (of.signals + of.rows)
@@ -142,13 +154,14 @@ class Link:
                 numbers[: 8 * of.signals],
                 numbers[energies:states],
                 numbers[states : states + 8 * of.state],
+                self._brought.text,
             )
             self._brought = None
         return self._snapshot
 
-    def begin_at(self, signals: bytes, energies: bytes, states: bytes, settings: bytes) -> None:
+    def begin_at(self, signals: bytes, energies: bytes, states: bytes, saved: bytes, settings: bytes) -> None:
         """Go on from a snapshot of the run."""
-        self._snapshot = signals, energies, states
+        self._snapshot = signals, energies, states, saved
         self.settings = self._kept_settings = settings
         self._kept = self.sequence = self.answered = 0
 
@@ -157,8 +170,10 @@ class Link:
         self.answered = self._kept
         if self._kept < 0:
             return None
-        numbers = b"".join((*self.snapshot, self._kept_settings))
-        return pack(Message(RESTORE, run, incarnation, self.section.number, self._kept, self.t_ns, numbers=numbers))
+        *parts, saved = self.snapshot
+        numbers = b"".join((*parts, self._kept_settings))
+        place = self.section.number, self._kept, self.t_ns
+        return pack(Message(RESTORE, run, incarnation, *place, numbers=numbers, text=saved))
 
     def close(self) -> None:
         """Forget everything."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from pipeline.errors import LogError
 from pipeline.graph import Graph, Node, Term, alone
 from pipeline.log.reader import Log
 from pipeline.loop_tables import LAW
+
+if TYPE_CHECKING:
+    from pipeline.hosts.fmu.base import FmuHost
 
 
 @dataclass(frozen=True)
@@ -119,26 +123,25 @@ class _Alone(Conductor):
 
     def _step(self, u: np.ndarray, y: np.ndarray, first: int, end: int) -> None:
         """Steps first..end-1. Raises StepError."""
-        states = self._tables.states.copy()
-        failed = self._step_through(u, y, first, end)
-        if failed < end:
-            self._tables.states[:] = states
-            self._step_through(u, y, first, failed)
-            self._raise_failure(u[failed], self.graph.start_ns + failed * self._step_ns)
+        step_ns = self.graph.nodes[0].period * self.graph.base_ns
+        failed = loop.step_through(self._tables, u, y, first, end, self.graph.start_ns, step_ns)
+        self._raise_if_stopped(self.graph.start_ns + failed * step_ns)
 
-    @property
-    def _step_ns(self) -> int:
-        return self.graph.nodes[0].period * self.graph.base_ns
 
-    def _step_through(self, u: np.ndarray, y: np.ndarray, first: int, end: int) -> int:
-        return loop.step_through(self._tables, u, y, first, end, self.graph.start_ns, self._step_ns)
+def led_to(log: Log, graph: Graph, i: int, tick: int) -> FmuHost:
+    """A host of node i, an FMU that cannot save its state, fed all its inputs from the log up to a tick.
 
-    def _raise_failure(self, u: np.ndarray, t_ns: int) -> None:
-        """Make the step that failed once more, by the function of the loop that tells the status."""
-        self._tables.inputs[: len(u)] = u
-        steps = np.array([self.memory.entries[0].step], np.int64)
-        loop.initialise(self._tables, steps, 1, t_ns)
-        self._raise_if_stopped(t_ns)
+    Raises LogError where they were not all recorded, StepError if a step fails.
+    """
+    node = graph.nodes[i]
+    ticks, u = _inputs(log, graph, i)
+    k = int(np.searchsorted(ticks, tick, side="right"))
+    last = tick // node.period * node.period
+    if k == 0 or ticks[k - 1] < last:
+        raise LogError(f"{log.path}: it does not hold all inputs of {node.name}, which cannot save its state")
+    single = _Alone(alone(graph, node))
+    single.compute(u[:k], ticks[:k])
+    return single.memory.fmus[0]
 
 
 def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -> dict[str, float | None]:

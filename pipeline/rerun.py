@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from components import cache
-from pipeline.errors import LogError
+from pipeline.errors import LogError, ScenarioError
 from pipeline.graph import Graph, Node
 from pipeline.log.reader import Log
-from pipeline.run import MODELS_HASH, RUN, SCENARIO, models_hash
+from pipeline.run import FMUS, MODELS_HASH, RUN, SCENARIO, models_hash
 from pipeline.scenario import Scenario, load_scenario_text
 from pipeline.wiring import build_graph
 
@@ -19,10 +20,29 @@ from pipeline.wiring import build_graph
 def scenario_of(log: Log, overrides: Sequence[str] = ()) -> Scenario:
     """The resolved scenario in a log, some parameters overridden. Raises LogError if the log holds none."""
     text = log.attachment(SCENARIO).decode()
-    for name in _models(log):
+    for name in (*_models(log), *fmus_of(log)):
         if not Path(name).exists():
             text = text.replace(name, str(_unpacked(log, name)))
-    return load_scenario_text(text, f"{log.path}[{SCENARIO}]", Path(log.path).parent, overrides)
+    try:
+        return load_scenario_text(text, f"{log.path}[{SCENARIO}]", Path(log.path).parent, overrides)
+    except ScenarioError as error:
+        if changed := _changed_fmu(log):
+            raise LogError(f"{log.path}: {changed}, and the run's scenario does not fit it any more") from error
+        raise
+
+
+def fmus_of(log: Log) -> dict[str, str]:
+    """SHA-256 of the FMUs that the log was made with, by path."""
+    return json.loads(log.metadata(RUN).get(FMUS, "{}"))
+
+
+def _changed_fmu(log: Log) -> str:
+    """Which FMU is another than the log was made with; "" if none."""
+    for name, digest in fmus_of(log).items():
+        here = hashlib.sha256(Path(name).read_bytes()).hexdigest() if Path(name).exists() else digest
+        if here != digest:
+            return f"{name} changed since the log was made (its SHA-256 was {digest[:12]}..., here {here[:12]}...)"
+    return ""
 
 
 def _models(log: Log) -> list[str]:
@@ -31,7 +51,9 @@ def _models(log: Log) -> list[str]:
 
 
 def _unpacked(log: Log, name: str) -> Path:
-    """A file model's source written out from the log, because it is no longer where it was."""
+    """A file model's source, or an FMU, written out from the log, because it is no longer where it was."""
+    if name not in log.attachment_names():
+        raise LogError(f"{log.path}: {name} is no longer there, and the log holds no FMU of that size; put it back")
     source = log.attachment(name)
     path = cache.cache_folder() / f"model_{hashlib.sha256(source).hexdigest()[:16]}" / Path(name).name
     path.parent.mkdir(exist_ok=True)
@@ -64,6 +86,8 @@ def other_sources(log: Log) -> str | None:
     """A warning if the log was made by other components or file models than those here, None if by the same."""
     here = {name: Path(name).read_bytes() if Path(name).exists() else log.attachment(name) for name in _models(log)}
     made_by = log.metadata(RUN)
+    if changed := _changed_fmu(log):
+        return f"{log.path}: {changed}: results may differ"
     if made_by.get(MODELS_HASH, "") != models_hash(here):
         return f"{log.path}: {', '.join(here)} changed since the log was made: results may differ"
     if made_by.get("source_hash") != cache.source_hash():

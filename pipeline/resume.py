@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.distributed import Distributed
 from pipeline.errors import LogError
 from pipeline.graph import Graph
 from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.reader import Log
 from pipeline.log.recorder import pack_rows
+from pipeline.replay import led_to
 from pipeline.rerun import other_sources
 from pipeline.run import Options, Progress, Result, Run, channels
 from pipeline.scenario import Scenario
@@ -38,10 +40,23 @@ def _copy(log: Log, run: Run, graph: Graph, until_ns: int) -> None:
             run.copy_event(t_ns, text)
 
 
+def _lead_fmus(log: Log, run: Run, graph: Graph, snapshot: Snapshot) -> None:
+    """Bring FMUs that cannot save their state to the snapshot, by all their inputs since t0. Raises LogError."""
+    for i, host in run.conductor.memory.fmus.items():
+        name = graph.nodes[i].name
+        if host.can_save:
+            continue
+        if isinstance(run.conductor, Distributed):
+            text = f"the FMU of {name} cannot save its state, which is computed anew in this process only"
+            raise LogError(f"{log.path}: {text}; resume with --bus local")
+        run.conductor.adopt(i, led_to(log, graph, i, snapshot.tick))
+
+
 def resume_run(log: Log, scenario: Scenario, graph: Graph, out: Path, options: Options, progress: Progress) -> Result:
     """Run from the log's last snapshot to the end of its scenario into a new, whole log.
 
-    Every part of the run is in the snapshot, so channels recorded at a lower rate do not stand in the way.
+    Every part of the run is in the snapshot, so channels recorded at a lower rate do not stand in the way; except for
+    FMUs that cannot save their state, which need all their inputs.
     Raises LogError, also where the components here are not those that made the log, and StepError.
     """
     snapshot = last_snapshot(log)
@@ -55,7 +70,7 @@ def resume_run(log: Log, scenario: Scenario, graph: Graph, out: Path, options: O
     with Run(scenario, graph, out, options) as run:
         began = time.monotonic()
         _copy(log, run, graph, run.conductor.time_ns(snapshot.tick))
-        run.resume(snapshot)
+        run.resume(snapshot, lambda: _lead_fmus(log, run, graph, snapshot))
         run.go(graph.ticks, progress)
         wall = time.monotonic() - began
     return run.result(wall, since=snapshot.tick)

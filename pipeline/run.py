@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import json
+import os
 import platform
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -12,7 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Self
+from typing import NoReturn, Self
 
 import numpy as np
 
@@ -25,6 +28,9 @@ from pipeline.errors import LogError, StepError
 from pipeline.events import Firing
 from pipeline.graph import Graph
 from pipeline.hosts.deployment import BusOptions, OnZenoh
+from pipeline.hosts.fmu.base import FmuHost
+from pipeline.hosts.fmu.component import FmuComponent
+from pipeline.hosts.fmu.description import Description
 from pipeline.keyboard import Keys
 from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
@@ -33,13 +39,21 @@ from pipeline.placement import placement_of
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
 from pipeline.validity_range import Ranges
+from pipeline.watch import Watch
 
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
 SCENARIO, RUN = "scenario.yaml", "run"  # the log's attachment, and a metadata record beside conventions.RESULT
-MODELS_HASH = "models_hash"  # in RUN
+MODELS_HASH, FMUS = "models_hash", "fmus"  # in RUN; the second is JSON: {path: SHA-256}
+ATTACHED_BYTES = 16 << 20  # FMUs up to this size are put into the log
 PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
 
 Progress = Callable[[float], None]
+
+
+def leave(text: str) -> NoReturn:
+    """End this process, whose main thread is held up."""
+    print(f"towline: {text}", file=sys.stderr, flush=True)
+    os._exit(1)
 
 
 @dataclass(frozen=True)
@@ -48,7 +62,7 @@ class Options:
 
     rate: simulated seconds per second of wall time, None for as fast as it goes. slice_ticks: ticks handed over at
     once, None for what suits the machine. bus: on which components run elsewhere, None for this process. tell: takes
-    lines about hosts as they come. keys: by which a person pauses the run.
+    lines about hosts as they come. keys: by which a person pauses the run. leave: ends the process, with an error.
     """
 
     compression: str = COMPRESSION
@@ -60,6 +74,7 @@ class Options:
     bus: BusOptions | None = None
     tell: Callable[[str], None] = lambda _: None
     keys: Keys | None = None
+    leave: Callable[[str], NoReturn] = leave
 
 
 @dataclass(frozen=True)
@@ -112,6 +127,7 @@ def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
     versions = {package: version(package) for package in ("towline", *PACKAGES)}
     here = {"python": platform.python_version(), "machine": platform.machine()}
     sources = {"source_hash": cache.source_hash(), MODELS_HASH: models_hash(model_files(graph))}
+    sources[FMUS] = json.dumps({str(one.path): one.digest for one in fmus(graph)})
     times = {"base_ns": str(graph.base_ns), "start_ns": str(graph.start_ns), "block_ticks": str(block)}
     return {"scenario": scenario.name, **versions, **here, **sources, **times}
 
@@ -119,6 +135,17 @@ def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
 def model_files(graph: Graph) -> dict[str, bytes]:
     """Sources of the components that come from files beside the scenario, by the path which the graph names."""
     return {node.model: Path(node.model).read_bytes() for node in graph.nodes if node.model.endswith(".py")}
+
+
+def fmus(graph: Graph) -> list[Description]:
+    """The FMUs of the components, each once."""
+    found = [node.component.description for node in graph.nodes if isinstance(node.component, FmuComponent)]
+    return list(dict.fromkeys(found))
+
+
+def small_fmus(graph: Graph) -> dict[str, bytes]:
+    """The files that a log takes along, by path."""
+    return {str(one.path): one.path.read_bytes() for one in fmus(graph) if one.path.stat().st_size <= ATTACHED_BYTES}
 
 
 def models_hash(files: Mapping[str, bytes]) -> str:
@@ -176,6 +203,10 @@ class Run:
         self._every = np.array([node.record_every for node in graph.nodes] + [1] * len(graph.bonds), np.int64)
         self.recorded = np.zeros_like(self._steps)
         self._flushed = self._noted = time.monotonic()
+        self._has_started = False
+        hosts = () if isinstance(self.conductor, Distributed) else self.conductor.memory.fmus.values()
+        self._watch = Watch([host for host in hosts if not host.component.isolate], self._give_up)
+        self.conductor.inside = self._watch.inside
         try:
             self._recorder = self._create(scenario, out)
         except BaseException:
@@ -188,7 +219,7 @@ class Run:
             return Recorder(
                 path,
                 channels(self.graph),
-                attachments={SCENARIO: scenario.resolved_text().encode(), **model_files(self.graph)},
+                attachments=self._attachments(scenario),
                 metadata={RUN: provenance(scenario, self.graph, self.conductor.block)},
                 compression=options.compression,
                 chunk_bytes=options.chunk_bytes,
@@ -200,11 +231,16 @@ class Run:
                 return self._create(scenario, None)
             raise
 
+    def _attachments(self, scenario: Scenario) -> dict[str, bytes]:
+        text = scenario.resolved_text().encode()
+        return {SCENARIO: text, **model_files(self.graph), **small_fmus(self.graph)}
+
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         """A run that ends, stops itself or is interrupted closes its log; any other failure leaves it unfinished."""
+        self._watch.end()
         try:
             self._end(kind, error)
         finally:
@@ -223,6 +259,22 @@ class Run:
         else:
             self._recorder.abort()
 
+    def _give_up(self, host: FmuHost, waited_s: float) -> None:
+        """Close the log in place of the main thread, which an FMU holds up, and end the process."""
+        conductor = self.conductor
+        t_s = conductor.time_ns(conductor.tick + self._has_started) / 1e9
+        what = "step" if self._has_started else "initialization"
+        text = f"{host.name} stopped the run at t = {t_s:.9g} s: {host.file} has not returned from its {what} for"
+        remedy = "a call that takes longer needs `overdue:`; isolate: true ends the FMU alone"
+        text = f"{text} {waited_s:g} s; {remedy}"
+        try:
+            self._hand_over()
+            self._close(text)
+        finally:
+            for other in conductor.memory.fmus.values():
+                other.abandon()
+            self._options.leave(text)
+
     def open(self) -> None:
         """Have all hosts ready, if there are any, and channels on their bus. Raises HostError."""
         self.conductor.open()
@@ -232,13 +284,19 @@ class Run:
     def start(self) -> None:
         """Initialise every component at t0, which is a block of its own, and make the first snapshot."""
         self.conductor.initialise()
+        self._has_started = True
         self._hand_over()
         self.digest.end_block()
         self._snapshot()
 
-    def resume(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot, and note it; the caller has copied the rows up to it. Raises HostError."""
+    def resume(self, snapshot: Snapshot, lead: Callable[[], None] = lambda: None) -> None:
+        """Go on from a snapshot, and note it; the caller has copied the rows up to it. Raises HostError.
+
+        lead: brings to the snapshot what is not in it.
+        """
+        self._has_started = True
         self.conductor.restore(snapshot)
+        lead()
         self.open()
         self.digest = Digest([node.name for node in self.graph.nodes], snapshot.chains)
         self._ranges = Ranges(self.graph, snapshot.ranges)

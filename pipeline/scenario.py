@@ -22,13 +22,16 @@ from pipeline.document import (
     place_at,
     validated,
 )
-from pipeline.errors import Place, Problem, ScenarioError
+from pipeline.errors import Place, Problem, ScenarioError, TowlineError
+from pipeline.hosts.fmu.component import component_of
 from pipeline.parameters import Given
 from pipeline.placement import read_hosts
 from pipeline.quantities import nanoseconds, shown
 from pipeline.signals import Reference, port_and_slice, reference
 from pipeline.written import Addend, Change, Happening, Instance, Scenario, Tie, Wire
 from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, plain, read_text
+
+STRUCTURES = (".ssp", ".ssd", ".xml")  # what other tools call systems of FMUs
 
 
 def load_scenario(path: str | Path, overrides: Sequence[str] = (), duration: str | None = None) -> Scenario:
@@ -39,6 +42,9 @@ def load_scenario(path: str | Path, overrides: Sequence[str] = (), duration: str
     Raises ScenarioError with all problems of the file.
     """
     path = Path(path)
+    if path.suffix.lower() in STRUCTURES:
+        remedy = f"towline convert {path} -o {path.with_suffix('.yaml').name}"
+        raise ScenarioError([Problem(Place(str(path)), "", f"a system structure; make a scenario of it: {remedy}")])
     text = read_text(path, str(path))
     return load_scenario_text(text, str(path), path.absolute().parent, overrides, duration)
 
@@ -118,20 +124,49 @@ class _Reading:
         if not isinstance(tree, Table):
             return None
         wires = self._wires(_table(tree, "inputs"), below(path, "inputs"))
-        model = tree.entries.get("model")
-        if not isinstance(model, Scalar) or not isinstance(model.value, str):
+        found = self._component(tree, path, (entry and entry.overdue) or 0)
+        if found is None:
             return None
-        try:
-            full_name, component = catalogue.find(model.value, self._folder)
-        except ValueError as error:
-            self._problems.append(Problem(model.place, below(path, "model"), str(error)))
-            return None
+        full_name, component = found
         values = self._parameters(name, component, tree, place, path, ties)
         if values is None or entry is None or len(self._problems) > before:
             return None
         period, record, overdue = entry.period or 0, entry.record, entry.overdue or 0
         blamed = parameters.last_given(self._overrides.get(name, {}), place)
         return Instance(name, place, path, full_name, component, values, period, record, wires, tree, blamed, overdue)
+
+    def _component(self, tree: Table, path: str, overdue_ns: int) -> tuple[str, Component] | None:
+        """The model or FMU that an entry names, and its full name; None where it names none, which is reported."""
+        named = [key for key in ("model", "fmu") if key in tree.entries]
+        if len(named) != 1:
+            text = (
+                "the key 'model' is missing; expected a model such as motion.hand or ./my_component.py, or fmu: a file"
+            )
+            if named:
+                text = "both a model and an FMU; keep one of them"
+            self._problems.append(Problem(tree.place, path, text))
+            return None
+        which = tree.entries[named[0]]
+        for key in ("interface", "isolate"):
+            if key in tree.entries and named != ["fmu"]:
+                self._problems.append(Problem(tree.keys[key], below(path, key), "is for FMUs; leave it out"))
+        if not isinstance(which, Scalar) or not isinstance(which.value, str):
+            return None
+        try:
+            if named == ["model"]:
+                return catalogue.find(which.value, self._folder)
+            return self._fmu(which.value, tree, overdue_ns)
+        except (ValueError, TowlineError) as error:
+            self._problems.append(Problem(which.place, below(path, named[0]), str(error)))
+            return None
+
+    def _fmu(self, name: str, tree: Table, overdue_ns: int) -> tuple[str, Component]:
+        """Raises TowlineError."""
+        interface, isolate = (tree.entries.get(key) for key in ("interface", "isolate"))
+        wanted = str(interface.value) if isinstance(interface, Scalar) and interface.value is not None else ""
+        path = (self._folder / name).absolute()
+        is_apart = isinstance(isolate, Scalar) and isolate.value is True
+        return str(path), component_of(path, wanted, isolate=is_apart, overdue_s=overdue_ns / 1e9)
 
     def _parameters(
         self, name: str, component: Component, tree: Table, place: Place, path: str, ties: list[Tie]

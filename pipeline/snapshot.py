@@ -12,6 +12,7 @@ from pipeline.errors import LogError
 
 MAGIC = b"TOWLINE1"
 _HEADER = ("tick", "fired", "chains", "ranges")
+_BYTES = "hosts"  # in the header: lengths of what hosts saved, which stands behind the arrays
 _ARRAYS = ("parameters", "states", "board", "bond_energy")
 
 
@@ -19,7 +20,8 @@ _ARRAYS = ("parameters", "states", "board", "bond_energy")
 class Snapshot:
     """Tick, events fired so far, digest chains, and all p, x, signals and bond energies (float64).
 
-    ranges: the models' validity so far, see validity_range.Ranges.
+    ranges: the models' validity so far, see validity_range.Ranges. hosts: {component: bytes}, the states that are in an
+    FMU instead of x.
     """
 
     tick: int
@@ -30,13 +32,16 @@ class Snapshot:
     board: np.ndarray
     bond_energy: np.ndarray
     ranges: dict[str, dict[str, float]] = field(default_factory=dict)
+    hosts: dict[str, bytes] = field(default_factory=dict)
 
     def to_bytes(self) -> bytes:
-        """Magic, length of a JSON header, header, arrays one after another."""
+        """Magic, length of a JSON header, header, arrays one after another, bytes of hosts one after another."""
         arrays = [getattr(self, name) for name in _ARRAYS]
         header = {name: getattr(self, name) for name in _HEADER} | {"lengths": [a.size for a in arrays]}
+        header[_BYTES] = {name: len(state) for name, state in self.hosts.items()}
         text = json.dumps(header).encode()
-        return MAGIC + struct.pack("<I", len(text)) + text + b"".join(a.astype("<f8").tobytes() for a in arrays)
+        parts = [*(a.astype("<f8").tobytes() for a in arrays), *self.hosts.values()]
+        return MAGIC + struct.pack("<I", len(text)) + text + b"".join(parts)
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Snapshot:
@@ -47,10 +52,13 @@ class Snapshot:
         (length,) = struct.unpack_from("<I", data, len(MAGIC))
         try:
             header = json.loads(data[start : start + length])
-            numbers = np.frombuffer(data, "<f8", offset=start + length)
+            numbers = np.frombuffer(data, "<f8", count=sum(header["lengths"]), offset=start + length)
             parts = np.split(numbers, np.cumsum(header["lengths"]))
+            hosts, at = {}, start + length + numbers.nbytes
+            for name, size in header[_BYTES].items():
+                hosts[name], at = data[at : at + size], at + size
         except (ValueError, KeyError) as error:
             raise LogError(f"the log's run snapshot is damaged ({error})") from error
-        if len(numbers) != sum(header["lengths"]):
+        if len(data) != at:
             raise LogError("the log's run snapshot is damaged (wrong length)")
-        return cls(header["tick"], header["fired"], header["chains"], *parts[:-1], ranges=header["ranges"])
+        return cls(header["tick"], header["fired"], header["chains"], *parts[:-1], ranges=header["ranges"], hosts=hosts)

@@ -61,12 +61,22 @@ class Wires:
         try:
             targets = locate(consumer.name, consumer.inputs, 0, wire.port, wire.slice, kind="input")
         except ValueError as error:
-            self._report(wire.place, wire.path, str(error))
+            self._report(wire.place, wire.path, consumer.instance.component.absent.get(wire.port, str(error)))
             return
         self._claim(consumer, wire, targets)
         for number, addend in enumerate(wire.addends):
             terms = self._addend(consumer, wire, addend, targets)
             consumer.terms.extend(replace(term, assigns=number == 0) for term in terms)
+
+    def rest(self, draft: Draft) -> None:
+        """Have inputs that nothing feeds hold what their component has them hold."""
+        start, defaults = 0, draft.instance.component.defaults(draft.instance.parameters)
+        for port in draft.inputs:
+            values = defaults.get(port.name, ())
+            loose = [i for i in range(len(values)) if not draft.fed_by[start + i]]
+            for _, first, count in runs(tuple(loose)):
+                draft.terms.append(Term(start + first, 0, count, gain=0.0, offset=values[first : first + count]))
+            start += port.size
 
     def check_wired(self, draft: Draft) -> None:
         """Every input must be fed, all of it."""
@@ -89,9 +99,9 @@ class Wires:
         written = [wire.port for wire in draft.instance.wires]
         names = {n for port in draft.inputs for n in (port.name, port.name.rpartition(".")[0])}
         misspelt = meant(set(written) - names, names)
-        start = 0
+        start, defaults = 0, draft.instance.component.defaults(draft.instance.parameters)
         for port in draft.inputs:
-            loose = draft.fed_by[start : start + port.size].count("")
+            loose = 0 if port.name in defaults else draft.fed_by[start : start + port.size].count("")
             start += port.size
             if loose and not {port.name, port.name.rpartition(".")[0]} & misspelt:
                 yield port, loose
@@ -152,7 +162,8 @@ class Wires:
         try:
             members = locate(producer.name, producer.outputs, producer.start, source.port, source.slice, kind="output")
         except ValueError as error:
-            self._report(addend.place, addend.path, str(error))
+            text = producer.instance.component.absent.get(source.port, str(error))
+            self._report(addend.place, addend.path, text)
             return []
         if not addend.delayed:
             self.edges.append(Edge(producer.index, consumer.index, wire, addend))

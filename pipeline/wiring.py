@@ -10,6 +10,7 @@ from pipeline.catalogue import closest, first_line
 from pipeline.document import below, limited
 from pipeline.errors import Place, Problem, WiringError
 from pipeline.graph import Bond, Graph, Node, OtherEnd
+from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.placement import parted
 from pipeline.quantities import LATEST, as_time
 from pipeline.wires import Draft, Wires, merged
@@ -61,6 +62,7 @@ class _Wiring:
         bonds = tuple(bond for tie in scenario.ties if (bond := self._bond(tie, wires)) is not None)
         is_tied = len(bonds) == len(scenario.ties) and not scenario.unread
         for draft in drafts:
+            wires.rest(draft)
             if is_tied or not (draft.instance.component.bodies or draft.instance.component.lines):
                 wires.check_wired(draft)
         wires.report_cycles(drafts)
@@ -164,7 +166,10 @@ class _Wiring:
         )
 
     def _check_steps(self, instance: Instance) -> None:
-        """A component must step once at least."""
+        """A component must step once at least, with a step that it can take."""
+        if isinstance(instance.component, FmuComponent):
+            for fault in instance.component.faults(instance.period_ns or self._scenario.step_ns):
+                self._report(instance.tree.entries["fmu"].place, below(instance.path, "fmu"), fault)
         run_ns, limit = self._scenario.duration_ns, self._scenario.limit
         if 0 < run_ns < instance.period_ns:
             text = f"its period of {as_time(instance.period_ns)} is longer than the run of {as_time(run_ns)}"

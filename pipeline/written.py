@@ -12,6 +12,7 @@ from components.contract import Component, Parameters
 from pipeline import parameters
 from pipeline.document import Record
 from pipeline.errors import Place
+from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.placement import Hosts
 from pipeline.signals import Reference
 from pipeline.yaml_source import CoreDumper, Items, Table, Tree, plain
@@ -164,7 +165,11 @@ class Scenario:
 
 
 def _resolved(instance: Instance) -> dict[str, Any]:
-    entry: dict[str, Any] = {"model": instance.model}
+    is_fmu = isinstance(instance.component, FmuComponent)
+    entry: dict[str, Any] = {"fmu" if is_fmu else "model": instance.model}
+    entry |= {
+        key: plain(instance.tree.entries[key]) for key in ("interface", "isolate") if key in instance.tree.entries
+    }
     if instance.period_ns:
         entry["period"] = f"{instance.period_ns} ns"
     if instance.overdue_ns:

@@ -35,7 +35,8 @@ class Message(NamedTuple):
     run, incarnation: of the run, and of the host in it, which grows with each of its starts. section, sequence: the
     section's number, and its request's, counted from 0. t_ns: the end of the step. status, failed: of a component
     that stopped the run, by its place in the section. ignored: messages that the host has ignored so far, at most
-    65535. numbers: (n,) float64. text: UTF-8; JSON in ASSIGN, READY and REFUSED.
+    65535. numbers: (n,) float64. text: UTF-8; JSON in ASSIGN, READY and REFUSED; where a
+    state is brought or restored, the bytes of FMUs' states.
     """
 
     kind: int

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -79,6 +80,14 @@ def saying_that_fits_compile(method: str, quiet: bool) -> Iterator[None]:
 
 def _say_compiling(what: str) -> None:
     console().print(f"compiling {what} (once; kept in {cache.cache_folder()})")
+
+
+def leave(text: str, as_json: bool) -> NoReturn:
+    """End the process with an error, from another thread than the main one."""
+    from pipeline.cli import report
+
+    report(text, as_json)
+    os._exit(1)
 
 
 def warn(text: str) -> None:

@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from pipeline.commands.explain import print_terms, terms
-from pipeline.commands.output import BUS_CONFIG_HELP, console, print_json, progress_bar, say_compiling
+from pipeline.commands.output import BUS_CONFIG_HELP, console, leave, print_json, progress_bar, say_compiling
 from pipeline.commands.summary import print_summary
 from pipeline.hosts.deployment import ENDPOINT, BusOptions
 from pipeline.keyboard import keyboard
@@ -98,6 +98,7 @@ def options_of(arguments: argparse.Namespace, scenario: Scenario) -> Options:
         overwrite=arguments.overwrite,
         bus=bus_of(arguments, scenario),
         tell=_tell,
+        leave=lambda text: leave(text, arguments.json),
     )
 
 

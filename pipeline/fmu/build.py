@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import platform
 import re
 import shutil
 import subprocess
@@ -16,6 +15,7 @@ from components.contract import Component, Parameters
 from pipeline.errors import TowlineError
 from pipeline.fmu.description import Experiment, description
 from pipeline.fmu.machine_code import object_code
+from pipeline.fmu.platforms import folder_here
 from pipeline.fmu.source import header, tables
 from pipeline.fmu.variables import TIME, Contents, Variable, contents, elements
 
@@ -26,7 +26,6 @@ COMPILERS = ("cc", "gcc", "clang")
 # No fused multiply-add, which rounds once where the native run rounds twice; no symbol left to the host.
 FLAGS = ("-std=c11", "-O1", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-w")
 LINKING = ("-shared", "-Wl,-z,defs", "-Wl,-z,noexecstack", "-Wl,--build-id=none", "-s", "-lm")
-MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 COMPILING_S = 120  # far above the second or two that it takes
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of the archive's members, so that the same component gives the same file
 
@@ -45,7 +44,7 @@ def build(component: Component, parameters: Parameters, seed: int, step_ns: int,
     token = _token(fmi, code, found, variables, experiment)
     library = _library(fmi, code, header(found, step_ns, experiment.step_is_fixed), tables(found, variables, token))
     document = description(fmi, found, variables, token, identifier, experiment)
-    return _archive({"modelDescription.xml": document, f"binaries/{_folder(fmi)}/{identifier}.so": library})
+    return _archive({"modelDescription.xml": document, f"binaries/{folder_here(fmi)}/{identifier}.so": library})
 
 
 def has_bond(component: Component, parameters: Parameters) -> bool:
@@ -70,15 +69,6 @@ def _token(fmi: int, code: bytes, found: Contents, variables: tuple[Variable, ..
     digest.update(f"{fmi} {variables} {found.formulas} {experiment}".encode() + p.tobytes())
     text = digest.hexdigest()
     return f"{{{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}}}"
-
-
-def _folder(fmi: int) -> str:
-    """The archive's folder of binaries for this machine."""
-    machine = MACHINES.get(platform.machine().lower())
-    if platform.system() != "Linux" or machine is None:
-        here = f"{platform.system()} {platform.machine()}"
-        raise TowlineError(f"FMUs are built on Linux, x86-64 or ARM 64; this is {here}")
-    return "linux64" if (fmi, machine) == (2, "x86_64") else f"{machine}-linux"
 
 
 def _compiler() -> str:

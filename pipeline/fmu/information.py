@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -13,9 +12,8 @@ from typing import Any
 import attrs
 
 from pipeline.errors import TowlineError
+from pipeline.fmu.archive import DOCUMENT, model_description, names, platforms
 
-DOCUMENT = "modelDescription.xml"
-LARGEST = 256_000_000  # bytes of the description, far above any honest one: an archive may claim more than it holds
 INTERFACES = {"coSimulation": "co-simulation", "modelExchange": "model exchange", "scheduledExecution": "scheduled"}
 _ELEMENT = re.compile(r"\[([0-9]+(?:,[0-9]+)*)\]$")
 TOLD_APART = ("modelIdentifier", "sourceFiles", "buildConfigurations")
@@ -51,17 +49,15 @@ class Information:
 
 def information(path: Path) -> Information:
     """What the FMU at `path` says. Raises TowlineError if it is none."""
-    names = _names(path)
-    import fmpy  # with lxml and its schemas, which take a while
-
+    told, files = model_description(path), names(path)
     try:
-        return _information(fmpy.read_model_description(str(path), validate=False), names)
-    except Exception as error:  # of many kinds, from the parser's to those of values that are no numbers
+        return _information(told, files)
+    except Exception as error:  # values that are no numbers, references to what is not there
         text = (str(error).splitlines() or [type(error).__name__])[0]
         raise TowlineError(f"{path}: its {DOCUMENT} cannot be read: {text}") from error
 
 
-def _information(told: Any, names: list[str]) -> Information:
+def _information(told: Any, files: list[str]) -> Information:
     interfaces = {title: getattr(told, name) for name, title in INTERFACES.items() if getattr(told, name, None)}
     experiment = told.defaultExperiment
     return Information(
@@ -70,27 +66,11 @@ def _information(told: Any, names: list[str]) -> Information:
         tool=told.generationTool or "",
         description=told.description or "",
         interfaces=tuple(interfaces),
-        platforms=tuple(sorted({name.split("/")[1] for name in names if re.match(r"binaries/[^/]+/", name)})),
+        platforms=platforms(files),
         step_s=float(experiment.stepSize) if experiment is not None and experiment.stepSize else None,
         variables=tuple(_entries(told.modelVariables)),
         capabilities={title: _capabilities(one) for title, one in interfaces.items()},
     )
-
-
-def _names(path: Path) -> list[str]:
-    """The archive's members, its description neither missing nor of an absurd size."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            sizes = {about.filename: about.file_size for about in archive.infolist()}
-    except OSError as error:
-        raise TowlineError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-        raise TowlineError(f"{path}: no FMU, which is a zip archive: {error}") from error
-    if DOCUMENT not in sizes:
-        raise TowlineError(f"{path}: no FMU: it has no {DOCUMENT}")
-    if sizes[DOCUMENT] > LARGEST:
-        raise TowlineError(f"{path}: its {DOCUMENT} claims {sizes[DOCUMENT] / 1e6:.0f} MB; it is not read")
-    return list(sizes)
 
 
 def _entries(variables: Any) -> Iterator[Entry]:

@@ -11,7 +11,9 @@ from typing import Any
 
 from components.contract import Port
 from pipeline.catalogue import find
+from pipeline.errors import TowlineError
 from pipeline.graph import Bond, Graph, Node, OtherEnd, Term
+from pipeline.hosts.fmu.component import FmuComponent, component_of
 from pipeline.sections import Section
 
 
@@ -55,6 +57,7 @@ def _node_to_json(node: Node) -> dict[str, Any]:
         "name": node.name,
         "model": node.model,
         "file_hash": _file_hash(Path(node.model)) if node.model.endswith(".py") else "",
+        "fmu": _fmu_to_json(node),
         "parameters": node.parameters.model_dump(mode="json"),
         "seed": node.seed,
         "period": node.period,
@@ -63,6 +66,13 @@ def _node_to_json(node: Node) -> dict[str, Any]:
         "outputs": _ports_to_json(node.outputs),
         "terms": [asdict(term) for term in node.terms],
     }
+
+
+def _fmu_to_json(node: Node) -> dict[str, str]:
+    """The file's hash and the interface of an FMU; nothing of others. A host is a process of its own already."""
+    if not isinstance(node.component, FmuComponent):
+        return {}
+    return {"hash": node.component.description.digest, "interface": node.component.interface.name}
 
 
 def _ports_to_json(ports: Iterable[Port]) -> list[list[Any]]:
@@ -90,10 +100,15 @@ def _section(section: dict[str, Any]) -> Assigned:
 def _node(node: dict[str, Any]) -> Node:
     name, model = node["name"], node["model"]
     try:
-        model, component = find(_local_file(model, node["file_hash"]), Path.cwd())
+        fmu = node["fmu"]
+        model = _local_file(model, fmu.get("hash", "") or node["file_hash"])
+        if fmu:
+            component = component_of(Path(model), fmu["interface"])
+        else:
+            model, component = find(model, Path.cwd())
         parameters = component.parameters.model_validate_json(json.dumps(node["parameters"]), strict=True)
         inputs, outputs = tuple(component.inputs(parameters)), tuple(component.outputs(parameters))
-    except ValueError as error:
+    except (ValueError, TowlineError) as error:
         raise AssignmentError(f"{name}: {error}") from error
     for kind, here, there in (("inputs", inputs, node["inputs"]), ("outputs", outputs, node["outputs"])):
         if _ports_to_json(here) != there:

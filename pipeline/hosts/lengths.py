@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import struct
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from pipeline.bus.messages import SETTINGS, STATE, STOPPED
@@ -50,6 +51,22 @@ class Lengths:
     def snapshot(self) -> int:
         """Of what restores a section."""
         return self.signals + self.energies + self.state + self.settings
+
+
+def pack_saved(states: Iterable[bytes]) -> bytes:
+    """What FMUs of a section saved, one after another, each behind its length."""
+    return b"".join(struct.pack("<Q", len(state)) + state for state in states)
+
+
+def unpack_saved(data: bytes) -> Iterator[bytes]:
+    """The same again. Raises struct.error or ValueError where the bytes are not whole."""
+    at = 0
+    while at < len(data):
+        (size,) = struct.unpack_from("<Q", data, at)
+        at += 8 + size
+        if at > len(data):
+            raise ValueError("saved states that are cut off")
+        yield data[at - size : at]
 
 
 def lengths(memory: Memory, nodes: Sequence[int], bonds: int, outside: int) -> Lengths:

@@ -30,8 +30,9 @@ def serve(
     secret: of its identity on the bus, a new one unless given.
     """
     bus = HostBus(name, connect, Identity(secret), config, look_s=POLL_S, is_sealed=is_sealed)
+    serving = Serving(name)
     try:
-        serving, led_s, asked_s, told = Serving(name), time.monotonic(), time.monotonic(), set()
+        led_s, asked_s, told = time.monotonic(), time.monotonic(), set()
         while not (serving.ended and is_once):
             if serving.ended:
                 tell("the run has ended")
@@ -50,6 +51,7 @@ def serve(
                 serving.abandon()
                 bus.leave()
     finally:
+        serving.abandon()
         bus.close()
 
 

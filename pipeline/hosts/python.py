@@ -21,14 +21,15 @@ class PythonHost:
         self.error: BaseException | None = None
         self._vectors = tuple(vectors)
         self._keep = [_C_FUNCTION(self._guard(function)) for function in (init, step)]
+        self.workspace = 0  # the loop's own scratch
         self.init, self.step = (ctypes.cast(f, ctypes.c_void_p).value or 0 for f in self._keep)
 
-    def raised(self) -> str:
-        """What the functions raised, in one line; "" if nothing."""
-        if self.error is None:
+    def reason(self, status: int) -> str:
+        """What the functions raised, in one line; "" if that is not why the status is what it is."""
+        if self.error is None or status != RAISED:
             return ""
         said = str(self.error).strip().partition("\n")[0]
-        return f"{type(self.error).__name__}{': ' if said else ''}{said}"
+        return f"its Python code raised {type(self.error).__name__}{': ' if said else ''}{said}"
 
     def _guard(self, function: Kernel) -> Callable[..., int]:
         vectors = self._vectors

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pipeline import native_loop as loop
 from pipeline.graph import Graph
-from pipeline.hosts.lengths import lengths
+from pipeline.hosts.lengths import lengths, pack_saved, unpack_saved
 from pipeline.loop_tables import BOND_ROW, FAILED, OFFSET_ON, STATUS
 from pipeline.memory import lay_out
+
+if TYPE_CHECKING:
+    from pipeline.hosts.fmu.base import FmuHost
 
 Numbers = bytes | memoryview  # float64, little-endian
 
@@ -72,14 +77,28 @@ class SectionRunner:
         k.added[: sizes.signals] = settings[offsets:switches]
         k.nodes[:, OFFSET_ON] = settings[switches:] != 0.0
 
-    def restore(self, numbers: np.ndarray) -> None:
-        """Go on from what `state` gave, and the settings of that time."""
+    def restore(self, numbers: np.ndarray, saved: bytes) -> None:
+        """Go on from what `state` and `saved` gave, and the settings of that time. Raises TowlineError, ValueError."""
         sizes, k = self.lengths, self._tables
         signals, energies, states, settings = np.split(numbers, np.cumsum([sizes.signals, sizes.energies, sizes.state]))
         self._signals[:] = signals
         k.bond_energy[:] = energies.reshape(k.bond_energy.shape)
         self._states[:] = states
         self._set(settings)
+        for host, state in zip(self._saving, unpack_saved(saved), strict=True):
+            host.restore(state)
+
+    @property
+    def _saving(self) -> list[FmuHost]:
+        return [host for _, host in sorted(self._memory.fmus.items()) if host.can_save]
+
+    def saved(self) -> bytes:
+        """The states that are not in x, of those FMUs that can save them. Raises TowlineError."""
+        return pack_saved(host.save() for host in self._saving)
+
+    def close(self) -> None:
+        """Let FMUs go."""
+        self._memory.close()
 
     @property
     def failed(self) -> int:
@@ -98,7 +117,7 @@ class SectionRunner:
             parts.append(self._inputs.tobytes())
         return parts
 
-    def raised(self) -> str:
-        """What the Python code of the component that stopped the run raised; "" where it did not."""
-        host = self._memory.python.get(self.failed)
-        return host.raised() if host is not None else ""
+    def reason(self, status: int) -> str:
+        """Why the component that stopped the run did so, as its host tells; "" where it does not."""
+        host = self._memory.hosts.get(self.failed)
+        return host.reason(status) if host is not None else ""

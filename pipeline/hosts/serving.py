@@ -69,6 +69,8 @@ class Serving:
 
     def abandon(self) -> None:
         """Forget the run; another may be taken up."""
+        for place in self._sections.values():
+            place.runner.close()
         self.run, self._incarnation, self._sections, self._ready, self.ended = 0, 0, {}, b"", False
 
     def answer(self, data: bytes) -> bytes | None:
@@ -120,13 +122,15 @@ class Serving:
 
     def _take_up(self, wanted: dict[str, Any]) -> None:
         assigned = from_json(wanted["sections"])
+        for place in self._sections.values():
+            place.runner.close()
         self._sections = {one.number: _place(SectionRunner(one.graph, one.outside)) for one in assigned}
         self.limit_s = float(wanted["limit_s"])
 
     def _restore(self, place: _Place, message: Message) -> None:
         if len(message.values) != place.runner.lengths.snapshot:
             return self._ignore()
-        place.runner.restore(message.values)
+        place.runner.restore(message.values, message.text)
         place.sequence, place.reply = message.sequence, b""
 
     def _execute(self, place: _Place, message: Message) -> bytes | None:
@@ -154,8 +158,9 @@ class Serving:
         flags = (STATE if message.flags & WANT_STATE else 0) | (STOPPED if status else 0)
         parts = place.runner.reply(state=flags & STATE != 0, inputs=status != 0)
         where = self.run, self._incarnation, message.section, message.sequence, message.t_ns
-        if not status:
+        saved = place.runner.saved() if flags == STATE else b""
+        if not status and not saved:
             return pack_parts(DONE, *where, flags, self._ignored, sum(map(len, parts)) // 8, parts)
-        text = place.runner.raised().encode()[:TEXT_BYTES]
-        failed, numbers = place.runner.failed, b"".join(parts)
+        text = place.runner.reason(status).encode()[:TEXT_BYTES] if status else saved
+        failed, numbers = place.runner.failed if status else -1, b"".join(parts)
         return pack(Message(DONE, *where, flags, status, failed, self._ignored, numbers, text))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from foreign import ForeignFmus
 from scipy.optimize import brentq
 
 from pipeline.cli import main
+from pipeline.log.reader import Log, open_log
 
 ROOT = Path(__file__).parents[2]
 EXACT = np.longdouble  # 64 bits of mantissa on x86: the generator's own rounding stays below the last bit of float64
@@ -88,3 +91,41 @@ def fmu_of(tmp_path_factory) -> Callable[..., Path]:
         return made[key]
 
     return fmu
+
+
+@pytest.fixture(scope="session")
+def foreign(tmp_path_factory) -> ForeignFmus:
+    """Builds the FMUs of tests/fmus."""
+    return ForeignFmus(tmp_path_factory.mktemp("foreign"))
+
+
+class SceneRunner:
+    """Runs scenarios written as text and keeps what they said."""
+
+    def __init__(self, folder: Path, capsys):
+        self.folder, self.capsys = folder, capsys
+        self.said, self.result = "", {}
+
+    def __call__(
+        self, components: str, *options: str, until: str = "1 s", top: str = "", status: int = 0
+    ) -> Log | None:
+        """The log. components: YAML, as lines of the mapping."""
+        lines = "\n".join(f"  {line}" for line in components.strip().splitlines())
+        text = f"duration: {until}\nstep: 10 ms\nscene: false\ncomponents:\n{lines}\n{top}"
+        (self.folder / "scene.yaml").write_text(text)
+        log = self.folder / "run.mcap"
+        words = ["run", str(self.folder / "scene.yaml"), "--out", str(log), "--overwrite", "--json", *options]
+        assert main(words) == status
+        out, self.said = self.capsys.readouterr()
+        self.result = json.loads(out)
+        return open_log(log) if log.exists() else None
+
+    def output(self) -> str:
+        """What has been written to standard output since the last run."""
+        return self.capsys.readouterr().out
+
+
+@pytest.fixture
+def run(tmp_path, capsys) -> SceneRunner:
+    """Runs scenes."""
+    return SceneRunner(tmp_path, capsys)
