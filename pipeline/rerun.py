@@ -12,7 +12,8 @@ from components import cache
 from pipeline.errors import LogError, ScenarioError
 from pipeline.graph import Graph, Node
 from pipeline.log.reader import Log
-from pipeline.run import FMUS, MODELS_HASH, RUN, SCENARIO, models_hash
+from pipeline.provenance import FMUS, MODELS_HASH, RUN, models_hash
+from pipeline.run import SCENARIO
 from pipeline.scenario import Scenario, load_scenario_text
 from pipeline.wiring import build_graph
 

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
-import platform
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn, Self
 
 import numpy as np
 
-from components import cache
 from pipeline.conductor import BOND_PORTS, Conductor
 from pipeline.coupling import refuse_unstable
 from pipeline.digest import Digest
@@ -29,23 +24,19 @@ from pipeline.events import Firing
 from pipeline.graph import Graph
 from pipeline.hosts.deployment import BusOptions, OnZenoh
 from pipeline.hosts.fmu.base import FmuHost
-from pipeline.hosts.fmu.component import FmuComponent
-from pipeline.hosts.fmu.description import Description
 from pipeline.keyboard import Keys
 from pipeline.log.conventions import COMPLETE, ENDING, RESULT
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
 from pipeline.pacing import Pacing
 from pipeline.placement import placement_of
+from pipeline.provenance import RUN, model_files, provenance, small_fmus
 from pipeline.scenario import Scenario
 from pipeline.snapshot import Snapshot
 from pipeline.validity_range import Ranges
 from pipeline.watch import Watch
 
 FLUSH_S = 1.0  # wall time between flushes, each with a snapshot before it
-SCENARIO, RUN = "scenario.yaml", "run"  # the log's attachment, and a metadata record beside conventions.RESULT
-MODELS_HASH, FMUS = "models_hash", "fmus"  # in RUN; the second is JSON: {path: SHA-256}
-ATTACHED_BYTES = 16 << 20  # FMUs up to this size are put into the log
-PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
+SCENARIO = "scenario.yaml"  # the log's attachment
 
 Progress = Callable[[float], None]
 
@@ -120,40 +111,6 @@ def channels(graph: Graph) -> list[ChannelSpec]:
         for node in graph.nodes
     ]
     return nodes + [ChannelSpec(f"bond/{bond.name}", BOND_PORTS, {"kind": "bond"}) for bond in graph.bonds]
-
-
-def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
-    """What the numbers depend on beside the scenario."""
-    versions = {package: version(package) for package in ("towline", *PACKAGES)}
-    here = {"python": platform.python_version(), "machine": platform.machine()}
-    sources = {"source_hash": cache.source_hash(), MODELS_HASH: models_hash(model_files(graph))}
-    sources[FMUS] = json.dumps({str(one.path): one.digest for one in fmus(graph)})
-    times = {"base_ns": str(graph.base_ns), "start_ns": str(graph.start_ns), "block_ticks": str(block)}
-    return {"scenario": scenario.name, **versions, **here, **sources, **times}
-
-
-def model_files(graph: Graph) -> dict[str, bytes]:
-    """Sources of the components that come from files beside the scenario, by the path which the graph names."""
-    return {node.model: Path(node.model).read_bytes() for node in graph.nodes if node.model.endswith(".py")}
-
-
-def fmus(graph: Graph) -> list[Description]:
-    """The FMUs of the components, each once."""
-    found = [node.component.description for node in graph.nodes if isinstance(node.component, FmuComponent)]
-    return list(dict.fromkeys(found))
-
-
-def small_fmus(graph: Graph) -> dict[str, bytes]:
-    """The files that a log takes along, by path."""
-    return {str(one.path): one.path.read_bytes() for one in fmus(graph) if one.path.stat().st_size <= ATTACHED_BYTES}
-
-
-def models_hash(files: Mapping[str, bytes]) -> str:
-    """SHA-256 over the sources of file models, wherever they lie; empty if there are none."""
-    digest = hashlib.sha256()
-    for path, text in sorted(files.items(), key=lambda item: Path(item[0]).name):
-        digest.update(Path(path).name.encode() + b"\0" + text + b"\0")
-    return digest.hexdigest() if files else ""
 
 
 @contextmanager

@@ -141,7 +141,8 @@ EDITS = {
     "no model": (
         "model: ./components/source.py",
         "period: 20 ms",
-        "4:8 components.src: the key 'model' is missing; expected a model such as motion.hand or ./my_component.py",
+        "4:8 components.src: the key 'model' is missing; expected a model such as motion.hand or ./my_component.py"
+        ", or fmu: a file",
     ),
     "unknown model": (
         "./components/source.py",
