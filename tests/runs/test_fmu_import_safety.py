@@ -197,10 +197,6 @@ LIES = {
     ),
     "library": (lambda text: text.replace('modelIdentifier="bad"', 'modelIdentifier="worse"'), "worse.so"),
     "name": (lambda text: text.replace('name="at"', 'name="y"'), "two of its variables are named 'y'"),
-    "tool": (
-        lambda text: text.replace('modelIdentifier="bad"', 'modelIdentifier="bad" needsExecutionTool="true"'),
-        "needsExecutionTool",
-    ),
     "start value": (lambda text: text.replace('start="1.0"', 'start="one"'), "'largest'"),
     "type": (lambda text: text.replace("<Real", "<Complex", 1), "cannot be read"),
 }
