@@ -21,6 +21,7 @@ from types import ModuleType
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 from peers import towline_line
 from peers.case import Case, Seabed, Trace
 
@@ -196,8 +197,12 @@ def draw(table: list[dict], path: Path) -> None:
         ax.set_title(case, fontsize=10)
         ax.set_xlabel("processor time / simulated time")
         ax.grid(True, which="major", linewidth=0.3)
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+        ax.yaxis.set_minor_formatter("{x:g}")
+        ax.tick_params(axis="y", which="minor", labelsize=7)
     axes[0][0].set_ylabel("end tension error, rms [%]")
-    axes[0][0].legend(fontsize=8, frameon=False)
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
     figure.savefig(path)
 
 

@@ -20,8 +20,8 @@ ON_THE_WAY, SOLVED = 1e-4, 1e-13
 LEAST_SHARE = 1e-3
 # A fold is rounded over this share of the forces, and narrowed by this factor a step.
 WIDEST, NARROWING, LEAST_NARROWING = 0.03, 0.2, 0.95
-# The continuation's longest step: where it fails it is tried again with a shorter one.
-LONGEST = 0.5, 0.1, 0.02
+# The continuation's longest step and the rounding that it begins with, times WIDEST: where it fails others are tried.
+LONGEST, BEGINNING = (0.5, 0.1, 0.02), (1.0, 0.1, 10.0)
 
 
 @kernel
@@ -94,8 +94,9 @@ def from_afar(line, p, u, w, arc, dx, dy, dz):
         total += iterations
     for attempt in range(2 * len(LONGEST)):
         if not solved:
-            start(rounded, p, u, w, dx, dy, dz)
             longest, by_sign = LONGEST[attempt // 2], attempt % 2 == 0
+            rounded = with_slack(line, BEGINNING[attempt // 2] * rounding)
+            start(rounded, p, u, w, dx, dy, dz)
             iterations, residual, solved = along_arc(rounded, p, u, w, arc, line.slack, longest, by_sign, SOLVED)
             total += iterations
     return total, residual, solved
