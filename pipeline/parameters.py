@@ -50,8 +50,9 @@ def is_tunable(kind: type[Parameters], name: str) -> bool:
 
 
 def nested(kind: type[Parameters], name: str) -> type[Parameters] | None:
-    """What a parameter is a list of, where it is one of mappings of parameters."""
-    found = [one for one in get_args(kind.model_fields[name].annotation) if isinstance(one, type)]
+    """What a parameter is, or is a list of, where it is a mapping of parameters or a list of such."""
+    annotation = kind.model_fields[name].annotation
+    found = [one for one in (annotation, *get_args(annotation)) if isinstance(one, type)]
     return next((one for one in found if issubclass(one, Parameters)), None)
 
 
@@ -133,10 +134,13 @@ def written(parameters: Parameters) -> dict[str, Any]:
     """All parameters as plain YAML values with units, which read back to the same bits."""
     found: dict[str, Any] = {}
     for name, value in parameters.model_dump(mode="json").items():
-        if nested(type(parameters), name) is None:
+        inner = getattr(parameters, name)
+        if isinstance(inner, Parameters):
+            found[name] = written(inner)
+        elif nested(type(parameters), name) is None or inner is None:
             found[name] = _written(value, unit_of(type(parameters), name))
         else:
-            found[name] = [written(one) for one in getattr(parameters, name)]
+            found[name] = [written(one) for one in inner]
     return found
 
 
@@ -182,13 +186,15 @@ def _value(kind: type[Parameters], name: str, given: Given, path: str, problems:
     if inner is not None and isinstance(tree, Items):
         steps = enumerate(tree.items)
         return [_mapping(inner, item, given, below(path, i), problems) for i, item in steps]
+    if inner is not None and isinstance(tree, Table):
+        return _mapping(inner, tree, given, path, problems)
     if unit is None or (isinstance(tree, Scalar) and tree.value is None):
         return plain(tree)
     return numbers(tree, unit, path, problems, unit if given.is_si else given.unit)
 
 
 def _mapping(kind: type[Parameters], tree: Tree, given: Given, path: str, problems: list[Problem]) -> Any:
-    """One mapping of a list of them, in SI."""
+    """A mapping of parameters, in SI."""
     if not isinstance(tree, Table):
         return plain(tree)
     values = {}
@@ -292,7 +298,8 @@ def _innermost(kind: type[Parameters], steps: tuple[str | int, ...]) -> tuple[ty
     """The mapping that a place in the parameters is in, and the parameter's name there."""
     name = str(steps[0]) if steps else ""
     inner = nested(kind, name) if name in kind.model_fields else None
-    return _innermost(inner, steps[2:]) if inner is not None and len(steps) > 2 else (kind, name)
+    within = steps[2:] if len(steps) > 1 and isinstance(steps[1], int) else steps[1:]
+    return _innermost(inner, within) if inner is not None and within else (kind, name)
 
 
 def _missing(kind: type[Parameters], name: str) -> str:

@@ -14,7 +14,13 @@ COMPONENT_FILES = [p for p in SOURCES if p.is_relative_to(ROOT / "components") a
 BORDER = ("model.py", "component.py")
 PHYSICS_MAY_IMPORT = {"numpy", "numba", "components", *sys.stdlib_module_names}
 # A family may use the physics of those named: downwards only.
-BELOW = {"tether": {"environment"}, "estimator": {"tether"}, "controller": {"tether"}, "vision": {"tether"}}
+BELOW = {
+    "tether": {"environment"},
+    "vessel": {"environment"},
+    "estimator": {"tether"},
+    "controller": {"tether"},
+    "vision": {"tether"},
+}
 TOP_LEVEL = {"pyproject.toml", "components", "scenarios", "pipeline", "tests", "logs", "docs"}
 TOP_LEVEL |= {"README.md", "Makefile", "LICENSE", "CHANGELOG.md", ".ci", ".gitignore", ".pre-commit-config.yaml"}
 
@@ -46,7 +52,8 @@ def test_component_knows_only_what_is_below_it(path):
     for module in imports(path):
         root, *rest = module.split(".")
         if root == "components" and len(rest) >= 2 and (ROOT / "components" / rest[0]).is_dir():
-            own = rest[0] == family and rest[1] == folder
+            shared = (ROOT / "components" / rest[0] / f"{rest[1]}.py").is_file()
+            own = rest[0] == family and (rest[1] == folder or shared)
             if name in BORDER:
                 assert own, f"{name} imports another component's {module}"
             else:
