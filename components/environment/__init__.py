@@ -1,1 +1,1 @@
-"""The water around vessels and lines: currents and waves."""
+"""The water around vessels and lines, and the air: currents, waves and wind."""

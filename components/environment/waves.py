@@ -12,7 +12,8 @@ DEEP = 1e30
 _NEWTON = 8
 
 
-def wave_number(omega: float, depth: float, gravity: float) -> float:
+@kernel
+def wave_number(omega, depth, gravity):
     """k [rad/m] of omega^2 = g k tanh(k d): Airy 1845; Newton from Eckart's k (1952). depth: [m], DEEP if deep."""
     deep = omega * omega / gravity
     if deep * depth > 40.0:  # 1 - tanh(40) is below rounding

@@ -1,0 +1,1 @@
+"""A current over depth that varies slowly."""

@@ -1,0 +1,1 @@
+"""Wind with gusts."""

@@ -1,0 +1,1 @@
+"""What moves vessels: propellers, thrusters and rudders."""

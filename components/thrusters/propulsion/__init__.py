@@ -1,0 +1,1 @@
+"""Propellers and thrusters that follow commands."""
