@@ -88,7 +88,7 @@ def test_supply_vessel_is_the_published_one():
 
 
 def test_surge_decays_as_the_closed_form():
-    """With linear damping u0 m / d (1 - exp(-d t / m)) is run, with quadratic u = u0 / (1 + k u0 t / m); second order."""
+    """Linear damping: the path u0 m / d (1 - exp(-d t / m)); quadratic: u = u0 / (1 + k u0 t / m). Second order."""
     linear, quadratic = [], []
     for h in (0.2, 0.1, 0.05):
         a = Vessel(h, **BARE, surge_damping=0.5, velocity=(2.0, 0.0)).run(4.0)
@@ -234,8 +234,8 @@ def sea(rows):
 def test_long_waves_carry_the_vessel_as_the_water():
     """For waves much longer than the hull it follows the surface and its slope, and moves along as the water does.
 
-    To 6 %: k B = 5 % is the damping's part at 0.16 rad/s, the directions between 15 deg are 0.9 % off; roll is nearer to
-    its resonance, (0.16 / 0.6)^2 = 7 %.
+    To 6 %: k B = 5 % is the damping's part at 0.16 rad/s, directions between two of the table's are 0.9 % off; roll is
+    nearer to its resonance, (0.16 / 0.6)^2 = 7 %.
     """
     omega, a = 0.16, 1.3
     k = omega**2 / 9.80665

@@ -2,11 +2,11 @@
 
 from math import inf
 
+from components.bursts import probability_lost
 from components.compiled import kernel
 from components.contract import HEADER, SEED_HIGH, SEED_LOW, Component
 from components.markers.tracker import model
 from components.markers.tracker.placement import cell, weights
-from components.markers.tracker.visibility import probability_lost
 from components.random import normal, uniform
 
 LENGTH, SEGMENTS, MARKERS, SPACING, OFFSET, NOISE, VISIBLE_TIME, LOST_TIME = range(HEADER, HEADER + 8)

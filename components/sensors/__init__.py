@@ -1,0 +1,1 @@
+"""What measures a vessel and its surroundings, with the faults that such instruments have."""

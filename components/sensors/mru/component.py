@@ -1,0 +1,42 @@
+"""Binds the motion reference unit to the contract."""
+
+from math import inf
+
+from components.compiled import kernel
+from components.contract import HEADER, SEED_HIGH, SEED_LOW, Component
+from components.sensors.measurement import DELAY, measure
+from components.sensors.mru import model
+
+
+@kernel
+def take(p, u, h, x, y, w):
+    """Take and give out a sample."""
+    w[0], w[1], w[2] = u[3], u[4], u[2]
+    w[3], w[4], w[5] = u[6], u[7], u[8]
+    y[6] = measure(p[HEADER:], w, h, p[SEED_HIGH], p[SEED_LOW], 0, x, y)
+
+
+def init(t_ns, dt_ns, p, u, x, y, w):
+    """The first sample."""
+    take(p, u, inf, x, y, w)
+    y[7] = p[HEADER + DELAY] * dt_ns * 1e-9
+    return 0
+
+
+def step(t_ns, dt_ns, p, u, x, y, w):
+    """The sample at the step's end."""
+    take(p, u, dt_ns * 1e-9, x, y, w)
+    y[7] = p[HEADER + DELAY] * dt_ns * 1e-9
+    return 0
+
+
+COMPONENT = Component(
+    name="sensors.mru",
+    parameters=model.Mru,
+    inputs=model.inputs,
+    outputs=model.outputs,
+    sizes=model.sizes,
+    init=init,
+    step=step,
+    assumptions="Noise is white, biases are Gauss-Markov processes of first order; channels fail together.",
+)

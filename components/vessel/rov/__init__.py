@@ -1,0 +1,1 @@
+"""A remotely operated vehicle under water."""
