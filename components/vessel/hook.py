@@ -5,7 +5,7 @@ The point is at s in the body frame, and may move there, s(t), as a hull does th
 
 from components.compiled import kernel
 from components.vessel.mass.translation import reach
-from components.vessel.yawing import COS, FREE, SIN, R, eliminate
+from components.vessel.yawing import COS, FREE, SIN, WIDE, R, eliminate
 
 LAW = 15  # of a force law: force (3), acceleration (3), mass (3, 3)
 OFFSET = 9  # of a point: s (3), s' (3), s'' (3)
@@ -49,24 +49,23 @@ def carry(north, east, down, m, s, f):
 
 @kernel
 def yields(acc, m, s, h, a):
-    """Set a (3, 4) to the slope of the point's acceleration, NED, to the body's accelerations (4)."""
+    """Set a (3, FREE) to the slope of the point's acceleration, NED, to the body's accelerations (4)."""
     q_acc, v_acc = reach(h)
     c, sn, r = m[COS], m[SIN], m[R]
     ahead, across = turned(s, r, acc[3])
     along = -s[1] - v_acc * (2.0 * s[4] + 2.0 * r * s[0]) - q_acc * across
     beside = s[0] + v_acc * (2.0 * s[3] - 2.0 * r * s[1]) + q_acc * ahead
-    for i in range(3):
-        for j in range(FREE):
-            a[i, j] = 0.0
-    a[0, 0] = a[1, 1] = a[2, 2] = 1.0
-    a[0, 3], a[1, 3] = c * along - sn * beside, sn * along + c * beside
+    for i in range(3 * FREE):
+        a[i] = 0.0
+    a[0] = a[FREE + 1] = a[2 * FREE + 2] = 1.0
+    a[3], a[FREE + 3] = c * along - sn * beside, sn * along + c * beside
 
 
 @kernel
 def follow_law(law, acc, m, s, h, a, f, jac):
     """Take the line's force F - G (point's acceleration - reference) out of the balance f and add to its slope jac.
 
-    law: (15); a: (3, 4) scratch.
+    law: (15); a: (3, FREE) scratch.
     """
     q_acc, _ = reach(h)
     c, sn = m[COS], m[SIN]
@@ -81,21 +80,21 @@ def follow_law(law, acc, m, s, h, a, f, jac):
     carry(north, east, down, m, s, f)
     forward, side = c * north + sn * east, c * east - sn * north
     for j in range(FREE):
-        g0 = law[6] * a[0, j] + law[7] * a[1, j] + law[8] * a[2, j]
-        g1 = law[9] * a[0, j] + law[10] * a[1, j] + law[11] * a[2, j]
-        g2 = law[12] * a[0, j] + law[13] * a[1, j] + law[14] * a[2, j]
+        g0 = law[6] * a[j] + law[7] * a[FREE + j] + law[8] * a[2 * FREE + j]
+        g1 = law[9] * a[j] + law[10] * a[FREE + j] + law[11] * a[2 * FREE + j]
+        g2 = law[12] * a[j] + law[13] * a[FREE + j] + law[14] * a[2 * FREE + j]
         x, y = c * g0 + sn * g1, c * g1 - sn * g0
         if j == 3:
             x, y = x - q_acc * side, y + q_acc * forward  # the force turns against the body
-        jac[0, j] += x
-        jac[1, j] += y
-        jac[2, j] += g2
-        jac[3, j] += s[0] * y - s[1] * x
+        jac[j] += x
+        jac[WIDE + j] += y
+        jac[2 * WIDE + j] += g2
+        jac[3 * WIDE + j] += s[0] * y - s[1] * x
 
 
 @kernel
 def write_accelerance(jac, acc, m, s, h, is_free_to_heave, a, y):
-    """Write the point's accelerance (3, 3), NED, to y; jac: (4, 7), the slope of the balance without lines.
+    """Write the point's accelerance (3, 3), NED, to y; jac: (4, WIDE), the slope of the balance without lines.
 
     The part that is not symmetric, by drag and turning, is left out: it is of the order of h times the rest.
     """
@@ -103,13 +102,14 @@ def write_accelerance(jac, acc, m, s, h, is_free_to_heave, a, y):
     for j in range(3):
         north, east = 1.0 if j == 0 else 0.0, 1.0 if j == 1 else 0.0
         x, z = c * north + sn * east, c * east - sn * north
-        jac[0, FREE + j], jac[1, FREE + j] = x, z
-        jac[2, FREE + j] = 1.0 if j == 2 and is_free_to_heave else 0.0
-        jac[3, FREE + j] = s[0] * z - s[1] * x
+        jac[FREE + j], jac[WIDE + FREE + j] = x, z
+        jac[2 * WIDE + FREE + j] = 1.0 if j == 2 and is_free_to_heave else 0.0
+        jac[3 * WIDE + FREE + j] = s[0] * z - s[1] * x
     eliminate(jac, 3)
     yields(acc, m, s, h, a)
     for i in range(3):
         for j in range(3):
             y[3 * i + j] = 0.0
             for n in range(FREE):
-                y[3 * i + j] += 0.5 * (a[i, n] * jac[n, FREE + j] + a[j, n] * jac[n, FREE + i])
+                row = WIDE * n + FREE
+                y[3 * i + j] += 0.5 * (a[FREE * i + n] * jac[row + j] + a[FREE * j + n] * jac[row + i])

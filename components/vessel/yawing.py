@@ -17,9 +17,13 @@ TRIAL = 10
 # Mass in water, added mass included: surge, sway, heave [kg], yaw [kg m^2], and what couples sway and yaw [kg m].
 SURGE, SWAY, HEAVE, YAW, SWAY_YAW = range(5)
 MASSES = 5
+# Matrices are flat: a slope to the accelerations has rows of the accelerations and of three right sides.
+WIDE = FREE + 3
 ITERATIONS = 25
 # Accelerations [m/s^2, rad/s^2] are solved for to this part and this much; a ship's are 1e-4 to 1.
 RELATIVE, ABSOLUTE = 1e-11, 1e-13
+# A balance whose last change is this many times greater than that is not to be believed.
+UNSOLVED = 1e3
 
 
 @kernel
@@ -59,7 +63,7 @@ def relate(eta, rate, acc, current, h, m):
 
 @kernel
 def resist_acceleration(mass, m, f, g):
-    """Set f (4) to M nu' + C(nu) nu in the body frame and g (4, 4) to the slope of C(nu) nu to nu.
+    """Set f (4) to M nu' + C(nu) nu in the body frame and g (4, FREE) to the slope of C(nu) nu to nu.
 
     Kirchhoff 1869: momenta p = M nu turn with the body, so that X = p_u' - r p_v, Y = p_v' + r p_u and
     N = p_r' + u p_v - v p_u, which is C(nu) nu of Fossen 2011, eqs. 6.43 and 6.53, for the sum of both masses.
@@ -71,17 +75,16 @@ def resist_acceleration(mass, m, f, g):
     f[1] = m22 * m[DV] + m26 * m[DR] + r * pu
     f[2] = mass[HEAVE] * m[DW]
     f[3] = m26 * m[DV] + mass[YAW] * m[DR] + u * pv - v * pu
-    for i in range(FREE):
-        for j in range(FREE):
-            g[i, j] = 0.0
-    g[0, 1], g[0, 3] = -r * m22, -pv - r * m26
-    g[1, 0], g[1, 3] = r * m11, pu
-    g[3, 0], g[3, 1], g[3, 3] = pv - v * m11, u * m22 - pu, u * m26
+    for i in range(FREE * FREE):
+        g[i] = 0.0
+    g[1], g[3] = -r * m22, -pv - r * m26
+    g[FREE], g[FREE + 3] = r * m11, pu
+    g[3 * FREE], g[3 * FREE + 1], g[3 * FREE + 3] = pv - v * m11, u * m22 - pu, u * m26
 
 
 @kernel
 def slope(mass, m, g, h, jac):
-    """Set jac (4, n) to the slope of the balance in the body frame to the accelerations, g being that to nu."""
+    """Set jac (4, WIDE) to the slope of the balance in the body frame to the accelerations, g being that to nu."""
     q_acc, v_acc = reach(h)
     c, s, u, v, r = m[COS], m[SIN], m[U], m[V], m[R]
     ahead, across = m[DU] - r * v, m[DV] + r * u  # the acceleration's parts along the body
@@ -98,47 +101,48 @@ def slope(mass, m, g, h, jac):
             to_ahead, to_across = q_acc * across, -q_acc * ahead
         ddu = to_ahead + r * dv + v * dr
         ddv = to_across - r * du - u * dr
-        jac[0, j] = mass[SURGE] * ddu
-        jac[1, j] = mass[SWAY] * ddv + mass[SWAY_YAW] * da
-        jac[2, j] = mass[HEAVE] * dd
-        jac[3, j] = mass[SWAY_YAW] * ddv + mass[YAW] * da
+        jac[j] = mass[SURGE] * ddu
+        jac[WIDE + j] = mass[SWAY] * ddv + mass[SWAY_YAW] * da
+        jac[2 * WIDE + j] = mass[HEAVE] * dd
+        jac[3 * WIDE + j] = mass[SWAY_YAW] * ddv + mass[YAW] * da
         for i in range(FREE):
-            jac[i, j] += g[i, 0] * du + g[i, 1] * dv + g[i, 2] * dw + g[i, 3] * dr
+            k = FREE * i
+            jac[WIDE * i + j] += g[k] * du + g[k + 1] * dv + g[k + 2] * dw + g[k + 3] * dr
 
 
 @kernel
 def eliminate(m, columns):
-    """Gauss-Jordan with partial pivoting on m (4, 4 + columns): its last columns become the solutions."""
+    """Gauss-Jordan with partial pivoting on m (4, WIDE): its first `columns` right sides become the solutions."""
     n = FREE
     for j in range(n):
         pivot = j
         for i in range(j + 1, n):
-            if abs(m[i, j]) > abs(m[pivot, j]):
+            if abs(m[WIDE * i + j]) > abs(m[WIDE * pivot + j]):
                 pivot = i
         for c in range(n + columns):
-            m[j, c], m[pivot, c] = m[pivot, c], m[j, c]
-        scale = 1.0 / m[j, j]
+            m[WIDE * j + c], m[WIDE * pivot + c] = m[WIDE * pivot + c], m[WIDE * j + c]
+        scale = 1.0 / m[WIDE * j + j]
         for c in range(n + columns):
-            m[j, c] *= scale
+            m[WIDE * j + c] *= scale
         for i in range(n):
-            factor = m[i, j]
+            factor = m[WIDE * i + j]
             if i != j:
                 for c in range(n + columns):
-                    m[i, c] -= factor * m[j, c]
+                    m[WIDE * i + c] -= factor * m[WIDE * j + c]
 
 
 @kernel
 def correct(jac, f, acc):
-    """One Newton step of the accelerations for the balance f (4) with its slope jac (4, >= 5); the largest excess.
+    """One Newton step of the accelerations for the balance f (4) with its slope jac (4, WIDE); the largest excess.
 
     At most 1: all changes were within RELATIVE and ABSOLUTE, and the balance is solved.
     """
     for i in range(FREE):
-        jac[i, FREE] = f[i]
+        jac[WIDE * i + FREE] = f[i]
     eliminate(jac, 1)
     excess = 0.0
     for i in range(FREE):
-        change = jac[i, FREE]
+        change = jac[WIDE * i + FREE]
         acc[i] -= change
         excess = max(excess, abs(change) / (ABSOLUTE + RELATIVE * abs(acc[i])))
     return excess

@@ -116,6 +116,36 @@ def test_parameters_in_si():
     assert parameters.weights == (1.0, 0.02, 3000.0)
 
 
+WINDAGE = """
+duration: 1 s
+step: 100 ms
+components:
+  ship:
+    model: vessel.low_speed
+    parameters:
+      {surge_mass: 2 t, sway_mass: 3 t, yaw_inertia: 4000 kg m^2, max_speed: 4 kn, takes_wind: true,
+       windage: {frontal_area: 3 m^2, lateral_area: 900 dm^2, length: 12 m, cross: 0.9, ahead: 0.5, astern: 0.6,
+                 shape: 0.5}}
+    inputs: {wind: [1 m/s, 0 m/s, 0 m/s]}
+"""
+
+
+def test_a_parameter_may_be_a_mapping():
+    """In its own units, and the resolved text reads back to the same; what is wrong inside is reported there."""
+    scenario = load_scenario_text(WINDAGE, "ship.yaml", HERE)
+    (ship,) = build_graph(scenario).nodes
+    assert ship.parameters.windage.lateral_area == 9.0
+    assert ship.parameters.hull is None
+    again = load_scenario_text(scenario.resolved_text(), "again.yaml", HERE)
+    assert build_graph(again).nodes[0].parameters == ship.parameters
+    with pytest.raises(ScenarioError) as error:
+        build_graph(load_scenario_text(WINDAGE.replace("cross: 0.9, ", "crosss: 0.9, "), "ship.yaml", HERE))
+    texts = [(problem.path, problem.text) for problem in error.value.problems]
+    assert texts == [
+        ("components.ship.parameters.windage.crosss", "unknown parameter; did you mean 'cross'?"),
+    ]
+
+
 def test_events():
     graph = graph_of(
         BOTH

@@ -70,6 +70,7 @@ class Vessel:
 
 
 SUPPLY, CYBERSHIP = published("supply_vessel.yaml"), published("cybership_ii.yaml")
+SEMISUBMERSIBLE = published("semisubmersible.yaml")
 BARE = {"surge_mass": 2.0, "sway_mass": 3.0, "yaw_inertia": 4.0, "max_speed": 10.0}
 
 
@@ -85,6 +86,32 @@ def test_supply_vessel_is_the_published_one():
     names += [("yaw_sway_damping", d[2, 1]), ("yaw_damping", d[2, 2])]
     for name, value in names:
         assert SUPPLY[name] == pytest.approx(value, rel=1e-4), name
+
+
+def test_cybership_is_the_published_one():
+    """Skjetne et al. 2004: M_11 = m - X_u', M_22 = m - Y_v', M_23 = m x_g, M_33 = I_z - N_r'."""
+    m, x_g, i_z = 23.8, 0.046, 1.76
+    assert CYBERSHIP["surge_mass"] == pytest.approx(m + 2.0)
+    assert CYBERSHIP["sway_mass"] == pytest.approx(m + 10.0)
+    assert CYBERSHIP["sway_yaw_mass"] == pytest.approx(m * x_g)
+    assert CYBERSHIP["yaw_inertia"] == pytest.approx(i_z + 1.0)
+
+
+def test_semisubmersible_follows_from_its_stated_shape():
+    """The file's own account in numpy: displacement, added masses, drag; the pontoons are the paper's (table 1)."""
+    length, width, gap, rho = 97.5, 23.2, 32.8, 1026.9
+    y, x = 0.5 * (gap + width), 38.0
+    dry = rho * (2 * 0.9 * length * width * 10 + 4 * 14**2 * 10)
+    columns, along = 4 * 1.51 * rho * np.pi * 49 * 10, 0.05 * rho * 2 * 0.9 * length * width * 10
+    across = 2 * 1.7 * rho * np.pi * 25 * length
+    yaw = dry * 35**2 + across * length**2 / 12 + along * y**2 + columns * (x**2 + y**2)
+    p = SEMISUBMERSIBLE
+    assert p["surge_mass"] == pytest.approx(dry + columns + along, rel=0.01)
+    assert p["sway_mass"] == pytest.approx(dry + columns + across, rel=0.01)
+    assert p["yaw_inertia"] == pytest.approx(yaw, rel=0.02)
+    assert p["damping"]["surge_surge"] == pytest.approx(0.5 * rho * (2 * 10 * width + 4 * 140 * 1.5), rel=0.01)
+    vessel = Vessel(0.5, (15.0, 0.0, 0.0), **p | {"takes_wind": True}).run(600.0)
+    assert 0.2 < vessel["low.velocity"][0] < 1.0  # it drifts away with the wind, in minutes
 
 
 def test_surge_decays_as_the_closed_form():

@@ -101,6 +101,48 @@ def test_body_on_a_bond_hangs_and_swings(tmp_path):
     assert period == pytest.approx(_pendulum_period(), rel=0.01)
 
 
+def test_sensors_of_a_drifting_vessel_see_it(tmp_path):
+    """Errors against the truth in the log: within four stated deviations; faults where events set them."""
+    log = run(load_scenario(SCENARIOS / "vessel_drift.yaml"), tmp_path / "drift.mcap")[1]
+    truth, t = log.port("vessel", "position"), log.times("gnss") * 1e-9
+    assert np.hypot(*truth[-1, :2]) > 20.0
+    attitude = log.port("vessel", "attitude")
+    heading = log.port("gyro", "heading") - attitude[:, 2]
+    assert np.abs(heading).max() < np.radians(4 * 0.05 + 4 * 0.3)
+    position, valid = log.port("gnss", "position"), log.port("gnss", "valid") == 1.0
+    antenna = truth[::10, :2] + np.stack([_turned(a, (5.0, 1.0, -22.0)) for a in attitude[::10]])
+    error = np.zeros(len(t))
+    error[1:] = np.abs(position[1:, :2] - antenna[:-1]).max(axis=1)  # it comes a sample late
+    calm = valid & (t < 170.0)
+    assert calm.sum() > 100
+    assert error[calm].max() < 4 * 0.1 + 4 * 0.3
+    assert not valid[(t > 151.5) & (t < 170.0)].any()
+    assert np.ptp(position[(t > 172.0) & (t < 181.0)], axis=0).max() == 0.0
+    assert error[t == 182.0][0] > 55.0
+    assert np.abs(log.port("thrusters", "thrust")[-1, 1]) < 1.0  # the one that stopped
+
+
+def _turned(attitude, arm):
+    """North and east of a body vector, by rotations about z, y and x (Fossen 2011, eq. 2.18)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(attitude), np.sin(attitude)
+    x, y, z = arm
+    across, below = cr * y - sr * z, sr * y + cr * z
+    ahead = cp * x + sp * below
+    return np.array([cy * ahead - sy * across, sy * ahead + cy * across])
+
+
+def test_tether_ties_a_ship_and_an_rov(tmp_path):
+    """Both ends on bonds with bodies that turn: every step within the bonds' tolerances, ends where the hooks are."""
+    result, log = run(load_scenario(SCENARIOS / "rov_dive.yaml"), tmp_path / "dive.mcap")
+    for bond in result.bonds.values():
+        assert bond["unconverged"] == 0
+        assert abs(bond["residual_J"]) < 1e-5 * bond["throughput_J"]
+    nodes = log.port("tether", "nodes")
+    assert np.array_equal(nodes[:, 0], log.port("ship", "hook_a.position"))
+    assert np.array_equal(nodes[:, -1], log.port("rov", "hook.position"))
+    assert np.abs(log.port("rov", "attitude")[-1, 2]) > 1.0  # its tether, fast at the stern, turned it
+
+
 def _pendulum_period() -> float:
     """A stiff pendulum: body 2 kg under 15 N, damped by 2 N s/m, on 2 m of chain with its added mass across."""
     chain, length = 0.1054 + 1000 * 1.3427e-5, 2.0

@@ -24,7 +24,7 @@ from components.vessel.low_speed.layout import (
 )
 from components.vessel.low_speed.manoeuvring import assemble, gather, hold_heave, solve_balance, speed_through_water
 from components.vessel.yawing import TRIAL as TRIAL_LENGTH
-from components.vessel.yawing import U, V, advance, relate, settle
+from components.vessel.yawing import UNSOLVED, U, V, advance, relate, settle
 
 ETA, RATE, ACC, ALGORITHMIC = range(0, 16, 4)
 (POSITION, ATTITUDE, VELOCITY, RATES, LOW, LOW_HEADING, LOW_VELOCITY, LOW_RATE, THROUGH_WATER, WIND, DRIFT, HOOK_A,
@@ -53,8 +53,8 @@ def write_motion(x, w, y):
 def observe(q, u, x, w, h, excess, y):
     """Write all outputs of the motion just found."""
     eta, rate, acc = x[ETA : ETA + 4], x[RATE : RATE + 4], x[ACC : ACC + 4]
-    m, a = w[TRIAL : TRIAL + TRIAL_LENGTH], w[BY_HOOK : BY_HOOK + 12].reshape((3, 4))
-    f, jac = w[BALANCE : BALANCE + 4], w[SLOPE : SLOPE + 28].reshape((4, 7))
+    m, a = w[TRIAL : TRIAL + TRIAL_LENGTH], w[BY_HOOK : BY_HOOK + 12]
+    f, jac = w[BALANCE : BALANCE + 4], w[SLOPE : SLOPE + 28]
     relate(eta, rate, acc, w[WATER : WATER + 3], 0.0, m)
     write_motion(x, w, y)
     for i in range(3):
@@ -63,7 +63,7 @@ def observe(q, u, x, w, h, excess, y):
     follow(eta, rate, acc, m, w[POINT_B : POINT_B + 9], y[HOOK_B : HOOK_B + 9])
     y[VALIDITY + 1] = speed_through_water(w) / q[MAX_SPEED]
     y[VALIDITY + 2] = max(abs(w[RESPONSE + 3]), abs(w[RESPONSE + 4])) / SMALL_ANGLE
-    y[VALIDITY + 3] = excess
+    y[VALIDITY + 3] = excess / UNSOLVED
     y[VALIDITY] = max(y[VALIDITY + 1], y[VALIDITY + 2], y[VALIDITY + 3])
     at = ACCELERANCE
     for which, point in ((LAW_A, POINT_A), (LAW_B, POINT_B)):

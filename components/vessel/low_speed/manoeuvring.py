@@ -45,6 +45,7 @@ from components.vessel.yawing import (
     ITERATIONS,
     MASSES,
     SIN,
+    WIDE,
     correct,
     relate,
     resist_acceleration,
@@ -92,7 +93,7 @@ def take_wind(q, u, w, rate, acc, h):
 def assemble(q, u, w, eta, rate, acc, h):
     """Write the balance of the trial motion in the body frame and its slope, the bonded lines' laws left out."""
     m, f = w[TRIAL : TRIAL + TRIAL_LENGTH], w[BALANCE : BALANCE + FREE]
-    g, jac = w[BY_VELOCITY : BY_VELOCITY + 16].reshape((4, 4)), w[SLOPE : SLOPE + 28].reshape((4, 7))
+    g, jac = w[BY_VELOCITY : BY_VELOCITY + 16], w[SLOPE : SLOPE + 28]
     mass = q[MASS : MASS + MASSES]
     relate(eta, rate, acc, w[WATER : WATER + 3], h, m)
     resist_acceleration(mass, m, f, g)
@@ -114,14 +115,14 @@ def hold_heave(f, jac):
     """Take heave out of the balance: the water carries what pulls down, and waves move the vessel as they do."""
     f[2] = 0.0
     for j in range(FREE):
-        jac[2, j] = 1.0 if j == 2 else 0.0
+        jac[2 * WIDE + j] = 1.0 if j == 2 else 0.0
 
 
 @kernel
 def solve_balance(q, u, w, eta, rate, acc, h):
     """Find the accelerations acc (4) that balance all forces; the last change over what is allowed."""
-    m, f, a = w[TRIAL : TRIAL + TRIAL_LENGTH], w[BALANCE : BALANCE + FREE], w[BY_HOOK : BY_HOOK + 12].reshape((3, 4))
-    jac = w[SLOPE : SLOPE + 28].reshape((4, 7))
+    m, f, a = w[TRIAL : TRIAL + TRIAL_LENGTH], w[BALANCE : BALANCE + FREE], w[BY_HOOK : BY_HOOK + 12]
+    jac = w[SLOPE : SLOPE + 28]
     excess = inf
     for _ in range(ITERATIONS):
         assemble(q, u, w, eta, rate, acc, h)

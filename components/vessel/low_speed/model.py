@@ -271,7 +271,7 @@ def outputs(vessel: LowSpeed) -> tuple[Port, ...]:
         Port("validity.range", "1", (), "", "the largest of those below"),
         Port("validity.speed", "1", (), "", "through the water over max_speed"),
         Port("validity.slope", "1", (), "", "largest of roll and pitch over 0.35 rad, where sin(x) = x is 2 % off"),
-        Port("validity.balance", "1", (), "", "change of the last iteration over the tolerance"),
+        Port("validity.balance", "1", (), "", "change of the accelerations in the last iteration over 1e-8 of them"),
     )
     for name, on in (("accelerance_a", vessel.takes_law_a), ("accelerance_b", vessel.takes_law_b)):
         if on:

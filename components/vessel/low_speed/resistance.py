@@ -1,7 +1,7 @@
 """What water resists a hull's velocity with: linear, quadratic and cubic damping, and cross-flow drag by strips."""
 
 from components.compiled import kernel
-from components.vessel.yawing import R, U, V
+from components.vessel.yawing import FREE, R, U, V
 
 # Linear: forces [N, N m] per velocity; then by products: X per |u|u and u^3, Y and N per |v|v, |r|v, |v|r, |r|r.
 X_U, Y_V, Y_R, N_V, N_R = range(5)
@@ -19,13 +19,13 @@ def resist_velocity(d, m, f, g):
     au, av, ar = abs(u), abs(v), abs(r)
     sv, sr = 1.0 if v > 0.0 else -1.0, 1.0 if r > 0.0 else -1.0
     f[0] += (d[X_U] + d[X_UU] * au + d[X_UUU] * u * u) * u
-    g[0, 0] += d[X_U] + 2.0 * d[X_UU] * au + 3.0 * d[X_UUU] * u * u
+    g[0] += d[X_U] + 2.0 * d[X_UU] * au + 3.0 * d[X_UUU] * u * u
     for k in range(2):
         row, linear, first = (1, Y_V, Y_VV) if k == 0 else (3, N_V, N_VV)
         vv, rv, vr, rr = d[first], d[first + 1], d[first + 2], d[first + 3]
         f[row] += (d[linear] + vv * av + rv * ar) * v + (d[linear + 1] + vr * av + rr * ar) * r
-        g[row, 1] += d[linear] + 2.0 * vv * av + rv * ar + vr * sv * r
-        g[row, 3] += d[linear + 1] + 2.0 * rr * ar + vr * av + rv * sr * v
+        g[FREE * row + 1] += d[linear] + 2.0 * vv * av + rv * ar + vr * sv * r
+        g[FREE * row + 3] += d[linear + 1] + 2.0 * rr * ar + vr * av + rv * sr * v
 
 
 @kernel
@@ -41,7 +41,7 @@ def resist_cross_flow(strips, count, m, f, g):
         drag, steep = k * abs(flow) * flow, 2.0 * k * abs(flow)
         f[1] += drag
         f[3] += x * drag
-        g[1, 1] += steep
-        g[1, 3] += steep * x
-        g[3, 1] += steep * x
-        g[3, 3] += steep * x * x
+        g[FREE + 1] += steep
+        g[FREE + 3] += steep * x
+        g[3 * FREE + 1] += steep * x
+        g[3 * FREE + 3] += steep * x * x

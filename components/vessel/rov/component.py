@@ -9,7 +9,7 @@ from components.vessel.rov import model
 from components.vessel.rov.dynamics import assemble, gather, solve_balance
 from components.vessel.rov.layout import BY_HOOK, LAW, MAX_SPEED, POINT, SLOPE, START, SWITCHES, TRIAL, WATER
 from components.vessel.yawing import TRIAL as TRIAL_LENGTH
-from components.vessel.yawing import U, V, W, advance, relate, settle
+from components.vessel.yawing import UNSOLVED, U, V, W, advance, relate, settle
 
 ETA, RATE, ACC, ALGORITHMIC = range(0, 16, 4)
 POSITION, ATTITUDE, VELOCITY, RATES, THROUGH_WATER, HOOK, VALIDITY, ACCELERANCE = 0, 3, 6, 9, 12, 15, 24, 28
@@ -30,10 +30,10 @@ def observe(q, u, x, w, h, excess, y):
     follow(eta, rate, acc, m, point, y[HOOK : HOOK + 9])
     y[VALIDITY + 1] = sqrt(m[U] * m[U] + m[V] * m[V] + m[W] * m[W]) / q[MAX_SPEED]
     y[VALIDITY + 2] = max(1.0 - eta[2], 0.0)
-    y[VALIDITY + 3] = excess
+    y[VALIDITY + 3] = excess / UNSOLVED
     y[VALIDITY] = max(y[VALIDITY + 1], y[VALIDITY + 2], y[VALIDITY + 3])
     if q[SWITCHES + LAW] > 0.0:
-        a, jac = w[BY_HOOK : BY_HOOK + 12].reshape((3, 4)), w[SLOPE : SLOPE + 28].reshape((4, 7))
+        a, jac = w[BY_HOOK : BY_HOOK + 12], w[SLOPE : SLOPE + 28]
         assemble(q, u, w, eta, rate, acc, h)
         write_accelerance(jac, acc, m, point, h, True, a, y[ACCELERANCE : ACCELERANCE + 9])
 

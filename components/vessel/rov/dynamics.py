@@ -45,14 +45,14 @@ def assemble(q, u, w, eta, rate, acc, h):
     Damping is uncoupled, D nu + D_n |nu| nu with diagonal matrices, as is usual for ROVs (Fossen 2011, section 6.5).
     """
     m, f = w[TRIAL : TRIAL + TRIAL_LENGTH], w[BALANCE : BALANCE + FREE]
-    g, jac = w[BY_VELOCITY : BY_VELOCITY + 16].reshape((4, 4)), w[SLOPE : SLOPE + 28].reshape((4, 7))
+    g, jac = w[BY_VELOCITY : BY_VELOCITY + 16], w[SLOPE : SLOPE + 28]
     mass = q[MASS : MASS + MASSES]
     relate(eta, rate, acc, w[WATER : WATER + 3], h, m)
     resist_acceleration(mass, m, f, g)
     for i in range(FREE):
         nu = m[i]
         f[i] += (q[LINEAR + i] + q[QUADRATIC + i] * abs(nu)) * nu
-        g[i, i] += q[LINEAR + i] + 2.0 * q[QUADRATIC + i] * abs(nu)
+        g[FREE * i + i] += q[LINEAR + i] + 2.0 * q[QUADRATIC + i] * abs(nu)
     slope(mass, m, g, h, jac)
     f[2] -= q[SINKS]
     at = place(q, THRUST)
@@ -67,8 +67,8 @@ def assemble(q, u, w, eta, rate, acc, h):
 @kernel
 def solve_balance(q, u, w, eta, rate, acc, h):
     """Find the accelerations acc (4) that balance all forces; the last change over what is allowed."""
-    m, f, a = w[TRIAL : TRIAL + TRIAL_LENGTH], w[BALANCE : BALANCE + FREE], w[BY_HOOK : BY_HOOK + 12].reshape((3, 4))
-    jac = w[SLOPE : SLOPE + 28].reshape((4, 7))
+    m, f, a = w[TRIAL : TRIAL + TRIAL_LENGTH], w[BALANCE : BALANCE + FREE], w[BY_HOOK : BY_HOOK + 12]
+    jac = w[SLOPE : SLOPE + 28]
     at, excess = place(q, LAW), inf
     for _ in range(ITERATIONS):
         assemble(q, u, w, eta, rate, acc, h)

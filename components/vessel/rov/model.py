@@ -87,7 +87,7 @@ def outputs(rov: Rov) -> tuple[Port, ...]:
         Port("validity.range", "1", (), "", "the largest of those below"),
         Port("validity.speed", "1", (), "", "through the water over max_speed"),
         Port("validity.depth", "1", (), "", "1 at the surface, where it would float up out of the water, and above"),
-        Port("validity.balance", "1", (), "", "change of the last iteration over the tolerance"),
+        Port("validity.balance", "1", (), "", "change of the accelerations in the last iteration over 1e-8 of them"),
     )
     yields = Port("accelerance", "1/kg", (3, 3), "NED", "d acceleration / d force of the hook over a step")
     return ports + ((yields,) if rov.takes_law else ())
