@@ -61,12 +61,16 @@ def specimen(model: str) -> tuple[str, list[str]]:
                 return f"{path.name}#{node.name}", []
     schema = catalogue.find(model, ROOT)[1].parameters.model_json_schema()
     lacking = schema.get("required", [])
-    written = [f"{name}={json.dumps(any_value(schema['properties'][name]))}" for name in lacking]
+    kinds = schema.get("$defs", {})
+    written = [f"{name}={json.dumps(any_value(schema['properties'][name], kinds))}" for name in lacking]
     return model, written + ALSO.get(model, [])
 
 
-def any_value(schema: dict) -> object:
-    """Some value that a JSON schema allows, for a parameter without a default."""
+def any_value(schema: dict, kinds: dict) -> object:
+    """Some value that a JSON schema allows, for a parameter without a default; kinds: of mappings of parameters."""
+    if "$ref" in schema:
+        kind = kinds[schema["$ref"].rpartition("/")[2]]
+        return {name: any_value(kind["properties"][name], kinds) for name in kind.get("required", [])}
     match schema.get("type"):
         case "number":
             return 1.0 + schema.get("exclusiveMinimum", schema.get("minimum", 0.0))
@@ -74,7 +78,7 @@ def any_value(schema: dict) -> object:
             return 3 + schema.get("minimum", 0)
         case "array":
             items = schema.get("prefixItems") or [schema["items"]] * max(2, schema.get("minItems", 0))
-            return [any_value(item) for item in items]
+            return [any_value(item, kinds) for item in items]
         case "boolean":
             return False
     return schema["enum"][0]

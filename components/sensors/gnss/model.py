@@ -32,8 +32,8 @@ class Gnss(Sensor):
 def inputs(_: Parameters) -> tuple[Port, ...]:
     """The vessel's position and attitude."""
     return (
-        Port("position", "m", (3,), "NED", "of the reference point"),
-        Port("attitude", "rad", (3,), "NED", "roll, pitch, heading"),
+        Port("vessel.position", "m", (3,), "NED", "of the reference point"),
+        Port("vessel.attitude", "rad", (3,), "NED", "roll, pitch, heading"),
     )
 
 

@@ -28,8 +28,8 @@ class Gyro(Sensor):
 def inputs(_: Parameters) -> tuple[Port, ...]:
     """The vessel's attitude and its rates."""
     return (
-        Port("attitude", "rad", (3,), "NED", "roll, pitch, heading"),
-        Port("rates", "rad/s", (3,), "body", "of roll, pitch, yaw"),
+        Port("vessel.attitude", "rad", (3,), "NED", "roll, pitch, heading"),
+        Port("vessel.rates", "rad/s", (3,), "body", "of roll, pitch, yaw"),
     )
 
 

@@ -35,8 +35,8 @@ class Hydroacoustic(Sensor):
 def inputs(_: Parameters) -> tuple[Port, ...]:
     """Where vessel and transponder are."""
     return (
-        Port("position", "m", (3,), "NED", "of the vessel's reference point"),
-        Port("attitude", "rad", (3,), "NED", "roll, pitch, heading"),
+        Port("vessel.position", "m", (3,), "NED", "of the vessel's reference point"),
+        Port("vessel.attitude", "rad", (3,), "NED", "roll, pitch, heading"),
         Port("transponder", "m", (3,), "NED", "its position"),
     )
 

@@ -33,9 +33,9 @@ class Mru(Sensor):
 def inputs(_: Parameters) -> tuple[Port, ...]:
     """The vessel's position, attitude and rates."""
     return (
-        Port("position", "m", (3,), "NED", "of the reference point"),
-        Port("attitude", "rad", (3,), "NED", "roll, pitch, heading"),
-        Port("rates", "rad/s", (3,), "body", "of roll, pitch, yaw"),
+        Port("vessel.position", "m", (3,), "NED", "of the reference point"),
+        Port("vessel.attitude", "rad", (3,), "NED", "roll, pitch, heading"),
+        Port("vessel.rates", "rad/s", (3,), "body", "of roll, pitch, yaw"),
     )
 
 

@@ -54,9 +54,9 @@ def inputs(feedback: ThrusterFeedback) -> tuple[Port, ...]:
     """What the thrusters do."""
     n = feedback.thrusters
     return (
-        Port("speed", "rad/s", (n,), "", "of the shafts"),
-        Port("azimuth", "rad", (n,), "body"),
-        Port("power", "W", (n,)),
+        Port("thrusters.speed", "rad/s", (n,), "", "of the shafts"),
+        Port("thrusters.azimuth", "rad", (n,), "body"),
+        Port("thrusters.power", "W", (n,)),
     )
 
 

@@ -33,8 +33,8 @@ def inputs(_: Parameters) -> tuple[Port, ...]:
     """The air, and the vessel in it."""
     return (
         Port("wind", "m/s", (3,), "NED", "velocity of the air"),
-        Port("velocity", "m/s", (3,), "body", "of the vessel over the ground"),
-        Port("attitude", "rad", (3,), "NED", "roll, pitch, heading"),
+        Port("vessel.velocity", "m/s", (3,), "body", "of the vessel over the ground"),
+        Port("vessel.attitude", "rad", (3,), "NED", "roll, pitch, heading"),
     )
 
 

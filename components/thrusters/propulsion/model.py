@@ -97,8 +97,8 @@ def inputs(propulsion: Propulsion) -> tuple[Port, ...]:
     """Commands, and the water if it matters."""
     n = len(propulsion.thrusters)
     ports = (
-        Port("thrust", "N", (n,), "", "asked for in place, in still water; negative in reverse"),
-        Port("azimuth", "rad", (n,), "body", "asked for; what cannot turn takes no notice"),
+        Port("command.thrust", "N", (n,), "", "asked for in place, in still water; negative in reverse"),
+        Port("command.azimuth", "rad", (n,), "body", "asked for; what cannot turn takes no notice"),
     )
     if propulsion.meets_water:
         ports += (
