@@ -14,13 +14,7 @@ COMPONENT_FILES = [p for p in SOURCES if p.is_relative_to(ROOT / "components") a
 BORDER = ("model.py", "component.py")
 PHYSICS_MAY_IMPORT = {"numpy", "numba", "components", *sys.stdlib_module_names}
 # A family may use the physics of those named: downwards only.
-BELOW = {
-    "tether": {"environment"},
-    "vessel": {"environment"},
-    "estimator": {"tether"},
-    "controller": {"tether"},
-    "vision": {"tether"},
-}
+BELOW = {"tether": {"environment"}, "estimator": {"tether"}, "controller": {"tether"}, "vision": {"tether"}}
 TOP_LEVEL = {"pyproject.toml", "components", "scenarios", "pipeline", "tests", "logs", "docs"}
 TOP_LEVEL |= {"README.md", "Makefile", "LICENSE", "CHANGELOG.md", ".ci", ".gitignore", ".pre-commit-config.yaml"}
 
