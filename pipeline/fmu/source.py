@@ -41,7 +41,7 @@ def tables(contents: Contents, variables: tuple[Variable, ...], token: str) -> s
             f"const char MODEL_NAME[] = {_string(contents.component.name)}, MODEL_TOKEN[] = {_string(token)};",
             _table("double MODEL_U", map(_double, starts["input"])),
             _table("double MODEL_Q", map(_double, starts["parameter"])),
-            _table("double MODEL_P", map(_double, contents.component.pack(contents.parameters, contents.seed))),
+            _table("double MODEL_P", map(_bound, contents.component.pack(contents.parameters, contents.seed))),
             _table("double MODEL_REALS", map(_double, constants["real"])),
             _table("int64_t MODEL_INTEGERS", (f"INT64_C({value})" for value in constants["integer"])),
             _table("int MODEL_BOOLEANS", (str(int(value)) for value in constants["boolean"])),

@@ -152,7 +152,7 @@ EDITS = {
     "unknown model 2": (
         "./components/source.py",
         "spaceship",
-        f"4:16 components.src.model: unknown model 'spaceship'; expected one of {', '.join(MODELS)}",
+        f"4:16 components.src.model: unknown model 'spaceship'; expected one of {', '.join(MODELS[:12])}, ...",
     ),
     "missing model file": (
         "./components/source.py",
