@@ -45,6 +45,12 @@ static int is_filled(Instance *instance, const uint32_t *references, size_t n, s
     return count == n_values;
 }
 
+/* A call of memcpy costs more than the few numbers that most variables hold. */
+static void copy(double *to, const double *from, size_t count) {
+    for (size_t k = 0; k < count; k++)
+        to[k] = from[k];
+}
+
 /* What get reads. */
 static const double *source(const Instance *instance, const Variable *at, const double *now) {
     const State *state = &instance->state;
@@ -62,9 +68,10 @@ static const double *source(const Instance *instance, const Variable *at, const 
     }
 }
 
-static int asks_outputs(const uint32_t *references, size_t n) {
+/* Whether one of the variables is of the block. */
+static int asks(Block block, const uint32_t *references, size_t n) {
     for (size_t i = 0; i < n; i++)
-        if (MODEL_VARIABLES[references[i]].block == OUTPUT)
+        if (MODEL_VARIABLES[references[i]].block == block)
             return 1;
     return 0;
 }
@@ -72,16 +79,16 @@ static int asks_outputs(const uint32_t *references, size_t n) {
 Status get_reals(Instance *instance, const uint32_t *references, size_t n, double *values, size_t n_values) {
     if (is_given(instance, references, n, values, "get") != OK || !is_filled(instance, references, n, n_values))
         return ERROR;
-    if (asks_outputs(references, n)) {
+    if (instance->state.phase < STEPPING && asks(OUTPUT, references, n)) {
         if (instance->state.phase == INSTANTIATED)
             return report(instance, DISCARD, "outputs are known from initialization mode on");
         if (instance->state.phase == INITIALIZING && initialize(instance) != OK)
             return DISCARD; /* other inputs may do; leaving initialization mode tells */
     }
-    double now = seconds(instance);
+    double now = asks(TIME, references, n) ? seconds(instance) : 0.0;
     for (size_t i = 0; i < n; i++) {
         const Variable *at = &MODEL_VARIABLES[references[i]];
-        memcpy(values, source(instance, at, &now), at->count * sizeof(double));
+        copy(values, source(instance, at, &now), at->count);
         values += at->count;
     }
     return OK;
@@ -120,27 +127,24 @@ static Status may_set(Instance *instance, const Variable *at, const double *valu
 }
 
 /* Write those of the values that are of the block. */
-static int write(Instance *instance, Block block, const uint32_t *references, size_t n, const double *values) {
+static void write(Instance *instance, Block block, const uint32_t *references, size_t n, const double *values) {
     double *vector = block == INPUT ? instance->state.u : instance->state.q;
-    int is_any = 0;
     for (size_t i = 0; i < n; i++) {
         const Variable *at = &MODEL_VARIABLES[references[i]];
-        if (at->block == block) {
-            memcpy(vector + at->first, values, at->count * sizeof(double));
-            is_any = 1;
-        }
+        if (at->block == block)
+            copy(vector + at->first, values, at->count);
         values += at->count;
     }
-    return is_any;
 }
 
 /* Set parameters and what follows from them; values whose p would not be finite are taken back. */
 static Status set_parameters(Instance *instance, const uint32_t *references, size_t n, const double *values) {
     State *state = &instance->state;
+    if (!asks(PARAMETER, references, n))
+        return OK;
     double before[AT_LEAST_ONE(N_Q)];
     memcpy(before, state->q, sizeof before);
-    if (!write(instance, PARAMETER, references, n, values))
-        return OK;
+    write(instance, PARAMETER, references, n, values);
     model_parameters(state->q, state->p);
     for (size_t i = 0; i < N_P; i++)
         if (!isfinite(state->p[i])) {
