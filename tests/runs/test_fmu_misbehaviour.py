@@ -264,12 +264,12 @@ LIES = {
         replaced('valueReference="0"', 'valueReference="4294967296"'),
         "value reference",
     ),
-    "another GUID": (BAD, 2, replaced('guid="{8c', 'guid="{9c'), "gave no instance"),
+    "another GUID": (BAD, 2, replaced('guid="{8c', 'guid="{9c'), "cannot be instantiated"),
     "another GUID in FMI 3": (
         BAD,
         3,
         replaced('instantiationToken="{8c', 'instantiationToken="{9c'),
-        "gave no instance",
+        "cannot be instantiated",
     ),
     "another library": (BAD, 2, replaced('modelIdentifier="bad"', 'modelIdentifier="good"'), "no good.so"),
     "a library elsewhere": (
