@@ -63,7 +63,7 @@ def refusal(capsys) -> str:
     """The one line with which a run fails."""
     code = main(["run", "s.yaml", "--out", "s.mcap"])
     told = capsys.readouterr()
-    lines = told.err.splitlines()
+    lines = [line for line in told.err.splitlines() if not line.startswith("compiling ")]  # said on a cold cache
     assert code == 1, told.err
     assert len(lines) == 1, told.err
     assert lines[0].startswith("towline: ")
