@@ -74,5 +74,5 @@ COMPONENT = Component(
     init=init,
     step=step,
     assumptions="van Daalen et al. 2011, eqs. 20 to 29, as printed, for comparison: thrusters may still be "
-    "asked for more than they have; allocator.exact keeps all limits.",
+    "asked for more than they have, or in a forbidden zone; allocator.exact keeps all limits.",
 )

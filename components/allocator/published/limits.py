@@ -1,8 +1,8 @@
 """The loop over limits of van Daalen et al. 2011 as printed: rows are added for thrusters beyond them, never removed.
 
 Eqs. 23 to 28. A row fixes only the projection of a thruster's force on the direction that it had (24, 27), so that the
-force may still be longer than the largest thrust; nothing tests the multipliers' signs. That is the method, not a slip
-here. Of the iterates the one with the best yaw moment is kept where the demand cannot be met.
+force may still be longer than the largest thrust, or lie in a zone; nothing tests the multipliers' signs. That is the
+method, not a slip here. Of the iterates the one with the best yaw moment is kept where the demand cannot be met.
 """
 
 from math import atan2, cos, hypot, pi, sin
