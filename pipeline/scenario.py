@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from components.contract import Component, Parameters
-from pipeline import catalogue, parameters, wiring
+from pipeline import catalogue, parameters, signals, wiring
 from pipeline.document import (
     IDENTIFIER,
     NOT_A_NAME,
@@ -27,7 +27,7 @@ from pipeline.hosts.fmu.component import component_of
 from pipeline.parameters import Given
 from pipeline.placement import read_hosts
 from pipeline.quantities import nanoseconds, shown
-from pipeline.signals import Reference, port_and_slice, reference
+from pipeline.signals import Reference, port_and_slice
 from pipeline.written import Addend, Change, Happening, Instance, Scenario, Tie, Wire
 from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, plain, read_text
 
@@ -234,19 +234,21 @@ class _Reading:
         """One addend, or none with a problem added."""
         if isinstance(tree, Table) and set(tree.entries) != {"values", "unit"}:
             entry = validated(SignalEntry, tree, path, self._problems)
-            source = self._reference(entry.source, tree.entries["from"].place, path) if entry else None
+            source = self._reference(entry.source, tree.entries["from"].place, path, signals.source) if entry else None
             if entry is None or source is None:
                 return ()
             extra = {key: tree.entries.get(key) for key in ("gain", "offset", "initial")}
             return (Addend(tree.place, path, source, delayed=entry.delay, **extra),)
         if isinstance(tree, Scalar) and isinstance(tree.value, str) and tree.value[:1].isalpha():
-            source = self._reference(tree.value, tree.place, path)
+            source = self._reference(tree.value, tree.place, path, signals.source)
             return (Addend(tree.place, path, source),) if source else ()
         return (Addend(tree.place, path, offset=tree),)
 
-    def _reference(self, text: str, place: Place, path: str) -> Reference | None:
+    def _reference(
+        self, text: str, place: Place, path: str, parse: Callable[[str], Reference] = signals.reference
+    ) -> Reference | None:
         try:
-            return reference(text)
+            return parse(text)
         except ValueError as error:
             self._problems.append(Problem(place, path, str(error)))
             return None

@@ -12,13 +12,14 @@ from pipeline.catalogue import closest
 from pipeline.quantities import shown
 
 _REFERENCE = re.compile(r"([a-z][a-z0-9_]*)\.([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)(?:\[([^\[\]]*)\])?", re.ASCII)
+_COMPONENT = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 _PORT = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)(?:\[([^\[\]]*)\])?", re.ASCII)
 _INDEX = re.compile(r"(-?[0-9]{1,9})|(-?[0-9]{1,9})?:(-?[0-9]{1,9})?")
 
 
 @dataclass(frozen=True)
 class Reference:
-    """`component.port[slice]`; port may be a bundle, slice is None where there is none."""
+    """`component.port[slice]`; port may be a bundle, or "" for all outputs; slice is None where there is none."""
 
     component: str
     port: str
@@ -26,7 +27,7 @@ class Reference:
 
     def __str__(self) -> str:
         """As written."""
-        return f"{self.component}.{self.port}" + ("" if self.slice is None else f"[{self.slice}]")
+        return ".".join(filter(None, (self.component, self.port))) + ("" if self.slice is None else f"[{self.slice}]")
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,11 @@ def reference(text: str) -> Reference:
     return Reference(*match.groups())
 
 
+def source(text: str) -> Reference:
+    """The same, or a component's name alone for the bundle of its outputs."""
+    return Reference(text.strip(), "") if _COMPONENT.fullmatch(text.strip()) else reference(text)
+
+
 def port_and_slice(text: str) -> tuple[str, str | None]:
     """Raises ValueError where the text is no port with or without a slice."""
     match = _PORT.fullmatch(text.strip())
@@ -61,20 +67,20 @@ def locate(
 ) -> dict[str, Signal]:
     """The signals of a port ({"": signal}) or of a bundle ({member: signal}) in a vector where ports begin at start.
 
-    kind: "input" or "output", for messages. Raises ValueError.
+    name: of the port or bundle; "": all ports. kind: "input" or "output", for messages. Raises ValueError.
     """
     members: dict[str, Signal] = {}
     for port in ports:
-        if port.name == name or port.name.startswith(f"{name}."):
+        if not name or port.name == name or port.name.startswith(f"{name}."):
             indices = np.arange(start, start + port.size).reshape(port.shape)
             label = f"{owner}.{port.name}" if owner else port.name
-            members[port.name[len(name) + 1 :]] = _sliced(label, indices, port, part)
+            members[port.name[len(name) + 1 :] if name else port.name] = _sliced(label, indices, port, part)
         start += port.size
     if not members:
         names = list(dict.fromkeys(n for p in ports for n in (p.name, p.name.rpartition(".")[0]) if n))
         raise ValueError(f"{f'{owner} has ' if owner else ''}no {kind} '{name}'{closest(name, names)}")
     if part is not None and "" not in members:
-        raise ValueError(f"'{name}' is a bundle of {', '.join(members)}; slice one of these")
+        raise ValueError(f"'{name or owner}' is a bundle of {', '.join(members)}; slice one of these")
     return members
 
 

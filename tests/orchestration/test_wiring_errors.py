@@ -31,9 +31,15 @@ EDITS = {
     ),
     "no signal": (
         "src.force",
-        "src",
-        "10:14 components.snk.inputs.force: 'src' is no signal; expected component.port, "
+        "Src",
+        "10:14 components.snk.inputs.force: 'Src' is no signal; expected component.port, "
         "component.port[3] or a constant",
+    ),
+    "no port": (
+        "src.force",
+        "src",
+        "10:14 components.snk.inputs.force: src is a bundle; expected one of its ports: motion.position, motion.velocity, "
+        "motion.acceleration, nodes, heading, thrust, force, pull, torque",
     ),
     "shape": (
         "src.force",

@@ -134,11 +134,12 @@ def test_bias_is_gauss_markov_whatever_the_rate(h):
 
 def test_delay_is_whole_samples_and_nothing_comes_before():
     seen = gnss(delay=3, h=0.1)
-    assert seen["age"] == pytest.approx(0.3)
+    assert seen["time"] == pytest.approx(-0.3)
     found = [(seen["valid"].item(), seen["position"][0])]
     for k in range(1, 8):
         seen.step((100.0 + k, 0, 0, 0, 0, 0))
         found.append((seen["valid"].item(), seen["position"][0]))
+    assert seen["time"] == pytest.approx(0.4)
     assert found[:3] == [(0.0, 0.0)] * 3
     assert found[3:] == [(1.0, 100.0 + k) for k in range(5)]
 

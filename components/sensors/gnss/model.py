@@ -42,7 +42,7 @@ def outputs(_: Parameters) -> tuple[Port, ...]:
     return (
         Port("position", "m", (3,), "NED", "of the antenna"),
         Port("valid", "1", (), "", "1 where there are values, else 0 and zeros"),
-        Port("age", "s", (), "", "of the values"),
+        Port("time", "s", (), "", "at which the values were taken"),
     )
 
 

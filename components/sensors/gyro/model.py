@@ -39,7 +39,7 @@ def outputs(_: Parameters) -> tuple[Port, ...]:
         Port("heading", "rad", (), "NED", "between -180 and 180 deg"),
         Port("yaw_rate", "rad/s", (), "body"),
         Port("valid", "1", (), "", "1 where there are values, else 0 and zeros"),
-        Port("age", "s", (), "", "of the values"),
+        Port("time", "s", (), "", "at which the values were taken"),
     )
 
 

@@ -37,14 +37,14 @@ def take(p, u, h, x, y, w):
 def init(t_ns, dt_ns, p, u, x, y, w):
     """The first sample."""
     take(p, u, inf, x, y, w)
-    y[7] = p[HEADER + DELAY] * dt_ns * 1e-9
+    y[7] = (t_ns - p[HEADER + DELAY] * dt_ns) * 1e-9
     return 0
 
 
 def step(t_ns, dt_ns, p, u, x, y, w):
     """The sample at the step's end."""
     take(p, u, dt_ns * 1e-9, x, y, w)
-    y[7] = p[HEADER + DELAY] * dt_ns * 1e-9
+    y[7] = (t_ns - p[HEADER + DELAY] * dt_ns) * 1e-9
     return 0
 
 

@@ -49,7 +49,7 @@ def outputs(_: Parameters) -> tuple[Port, ...]:
         Port("along", "rad", (), "body", "angle of the way to it from straight down, forward"),
         Port("offset", "m", (3,), "body", "from transceiver to transponder, in the tilting hull"),
         Port("valid", "1", (), "", "1 where there are values, else 0 and zeros"),
-        Port("age", "s", (), "", "of the values"),
+        Port("time", "s", (), "", "at which the values were taken"),
     )
 
 

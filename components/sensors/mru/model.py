@@ -46,7 +46,7 @@ def outputs(_: Parameters) -> tuple[Port, ...]:
         Port("heave", "m", (), "NED", "down"),
         Port("rates", "rad/s", (3,), "body", "of roll, pitch, yaw"),
         Port("valid", "1", (), "", "1 where there are values, else 0 and zeros"),
-        Port("age", "s", (), "", "of the values"),
+        Port("time", "s", (), "", "at which the values were taken"),
     )
 
 

@@ -12,7 +12,7 @@ BLOCK, CHANNELS = model.BLOCK, model.CHANNELS
 
 
 @kernel
-def take(p, u, h, period, x, y, w):
+def take(p, u, t_ns, dt_ns, h, x, y, w):
     """Take and give out a sample of each thruster."""
     n = int(p[COUNT])
     state = len(x) // n
@@ -25,19 +25,18 @@ def take(p, u, h, period, x, y, w):
         y[CHANNELS * n + i] = measure(q, w, h, p[SEED_HIGH], p[SEED_LOW], i * streams(q), own, seen)
         for c in range(CHANNELS):
             y[c * n + i] = seen[c]
-    y[(CHANNELS + 1) * n] = p[BLOCKS + DELAY] * period
+    y[(CHANNELS + 1) * n] = (t_ns - p[BLOCKS + DELAY] * dt_ns) * 1e-9
 
 
 def init(t_ns, dt_ns, p, u, x, y, w):
     """The first sample."""
-    take(p, u, inf, dt_ns * 1e-9, x, y, w)
+    take(p, u, t_ns, dt_ns, inf, x, y, w)
     return 0
 
 
 def step(t_ns, dt_ns, p, u, x, y, w):
     """The sample at the step's end."""
-    h = dt_ns * 1e-9
-    take(p, u, h, h, x, y, w)
+    take(p, u, t_ns, dt_ns, dt_ns * 1e-9, x, y, w)
     return 0
 
 

@@ -68,7 +68,7 @@ def outputs(feedback: ThrusterFeedback) -> tuple[Port, ...]:
         Port("azimuth", "rad", (n,), "body", "between -180 and 180 deg"),
         Port("power", "W", (n,)),
         Port("valid", "1", (n,), "", "1 where there are values, else 0 and zeros"),
-        Port("age", "s", (), "", "of the values"),
+        Port("time", "s", (), "", "at which the values were taken"),
     )
 
 

@@ -21,14 +21,14 @@ def take(p, u, h, x, y, w):
 def init(t_ns, dt_ns, p, u, x, y, w):
     """The first sample."""
     take(p, u, inf, x, y, w)
-    y[3] = p[HEADER + DELAY] * dt_ns * 1e-9
+    y[3] = (t_ns - p[HEADER + DELAY] * dt_ns) * 1e-9
     return 0
 
 
 def step(t_ns, dt_ns, p, u, x, y, w):
     """The sample at the step's end."""
     take(p, u, dt_ns * 1e-9, x, y, w)
-    y[3] = p[HEADER + DELAY] * dt_ns * 1e-9
+    y[3] = (t_ns - p[HEADER + DELAY] * dt_ns) * 1e-9
     return 0
 
 

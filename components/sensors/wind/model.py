@@ -44,7 +44,7 @@ def outputs(_: Parameters) -> tuple[Port, ...]:
         Port("speed", "m/s", (), "", "relative, at least 0"),
         Port("direction", "rad", (), "body", "that it comes from, clockwise from the bow, between -180 and 180 deg"),
         Port("valid", "1", (), "", "1 where there are values, else 0 and zeros"),
-        Port("age", "s", (), "", "of the values"),
+        Port("time", "s", (), "", "at which the values were taken"),
     )
 
 
