@@ -6,10 +6,11 @@ time constant [s], the size of wild points, an offset, and whether it is an angl
 whether lost, whether frozen, biases (m), last values (m), and a ring of delay + 1 samples, each with its validity.
 """
 
-from math import exp, floor, inf, isfinite, pi, sqrt
+from math import exp, inf, isfinite, sqrt
 
 from components.bursts import probability_lost
 from components.compiled import kernel
+from components.kinematics import wrapped
 from components.random import normal, uniform
 
 CHANNELS, DELAY, AVAILABLE, LOST_TIME, LIVE, FREEZE_TIME, WILD_SHARE, DROPPED, FROZEN, FIRST = range(10)
@@ -21,12 +22,6 @@ TAKEN, IS_LOST, IS_FROZEN, BIASES = range(4)
 def streams(q):
     """How many streams of random numbers an instrument draws from."""
     return 2 * int(q[CHANNELS]) + 2
-
-
-@kernel
-def wrapped(angle):
-    """The angle [rad] in [-pi, pi)."""
-    return angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5)
 
 
 @kernel

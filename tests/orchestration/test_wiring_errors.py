@@ -38,8 +38,8 @@ EDITS = {
     "no port": (
         "src.force",
         "src",
-        "10:14 components.snk.inputs.force: src is a bundle; expected one of its ports: motion.position, motion.velocity, "
-        "motion.acceleration, nodes, heading, thrust, force, pull, torque",
+        "10:14 components.snk.inputs.force: src is a bundle; expected one of its ports: motion.position, "
+        "motion.velocity, motion.acceleration, nodes, heading, thrust, force, pull, torque",
     ),
     "shape": (
         "src.force",

@@ -4,7 +4,7 @@ from math import inf
 
 from components.compiled import kernel
 from components.contract import HEADER, SEED_HIGH, SEED_LOW, Component
-from components.sensors.attitude import to_world
+from components.kinematics import to_world
 from components.sensors.gnss import model
 from components.sensors.measurement import CHANNEL, DELAY, FIRST, measure
 

@@ -4,7 +4,7 @@ from math import asin, inf, nan, sin, sqrt
 
 from components.compiled import kernel
 from components.contract import HEADER, SEED_HIGH, SEED_LOW, Component
-from components.sensors.attitude import to_body, to_world
+from components.kinematics import to_body, to_world
 from components.sensors.hydroacoustic import model
 from components.sensors.measurement import CHANNEL, DELAY, FIRST, measure
 

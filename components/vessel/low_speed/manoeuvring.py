@@ -37,8 +37,8 @@ from components.vessel.low_speed.layout import (
 )
 from components.vessel.low_speed.resistance import resist_cross_flow, resist_velocity
 from components.vessel.low_speed.seakeeping import offset, respond
-from components.vessel.low_speed.wind_load import blow
 from components.vessel.mass.translation import reach
+from components.vessel.wind_load import blow
 from components.vessel.yawing import (
     COS,
     FREE,

@@ -10,14 +10,16 @@ from pydantic import Field, model_validator
 
 from components.constants import GRAVITY
 from components.contract import Parameters, Port, Sizes, Term, choice, law_ports, motion_ports, quantity
+from components.vessel.linear import LinearVessel
+from components.vessel.loads import load_ports
 from components.vessel.low_speed.closed_form import table
 from components.vessel.low_speed.layout import WORKSPACE
+from components.vessel.windage import AIR, Windage, windage_numbers
 
 NotNegative = Annotated[float, Field(ge=0)]
 Vector = tuple[float, float, float]
 STRIPS = 20
-# Of EOS-80 at 10 degC and salinity 35, and of dry air at 10 degC and 1013 hPa [kg/m^3].
-SEA_WATER, AIR = 1026.9, 1.247
+SEA_WATER = 1026.9  # of EOS-80 at 10 degC and salinity 35 [kg/m^3]
 
 
 class Damping(Parameters):
@@ -42,19 +44,6 @@ class CrossFlow(Parameters):
     draught: float = quantity("m", "mean", gt=0)
     coefficient: float = quantity("1", "C_D of a section across the flow", gt=0)
     centre: float = quantity("m", "of the hull, ahead of the reference point", 0.0)
-
-
-class Windage(Parameters):
-    """What the wind meets, and Blendermann's (1994) coefficients."""
-
-    frontal_area: float = quantity("m^2", "seen from ahead", gt=0)
-    lateral_area: float = quantity("m^2", "seen from the side", gt=0)
-    length: float = quantity("m", "length overall", gt=0)
-    centroid: float = quantity("m", "of the lateral area, ahead of the reference point", 0.0)
-    cross: float = quantity("1", "C_D,t, from the side", gt=0)
-    ahead: float = quantity("1", "C_D,l,AF, from ahead", gt=0)
-    astern: float = quantity("1", "C_D,l,AF, from astern", gt=0)
-    shape: float = quantity("1", "delta, cross-force parameter", ge=0, lt=1)
 
 
 class Hull(Parameters):
@@ -92,18 +81,9 @@ class Response(Parameters):
         return [*np.ravel(pairs), *self.drift_force, self.drift_moment]
 
 
-class LowSpeed(Parameters):
+class LowSpeed(LinearVessel):
     """M nu_r' + C(nu_r) nu_r + D nu_r + D_n(|nu_r|) nu_r = tau; Fossen 2011, eq. 6.111 and chapter 7."""
 
-    surge_mass: float = quantity("kg", "m - X_u', added mass included", gt=0)
-    sway_mass: float = quantity("kg", "m - Y_v'", gt=0)
-    yaw_inertia: float = quantity("kg m^2", "I_z - N_r'", gt=0)
-    sway_yaw_mass: float = quantity("kg m", "m x_g - Y_r', the same as m x_g - N_v'", 0.0)
-    surge_damping: float = quantity("N s/m", "-X_u", 0.0)
-    sway_damping: float = quantity("N s/m", "-Y_v", 0.0)
-    sway_yaw_damping: float = quantity("N s", "-Y_r", 0.0)
-    yaw_sway_damping: float = quantity("N s", "-N_v", 0.0)
-    yaw_damping: float = quantity("N m s", "-N_r", 0.0)
     damping: Damping = choice("beyond the linear one", Damping())
     cross_flow: CrossFlow | None = choice("drag across by strips", None)
     windage: Windage | None = choice("what the wind meets; none: it blows over", None)
@@ -132,9 +112,7 @@ class LowSpeed(Parameters):
     takes_law_b: bool = choice("whether a power bond ties hook_b to a line", False)
 
     @model_validator(mode="after")
-    def _is_a_body(self) -> LowSpeed:
-        if self.sway_mass * self.yaw_inertia <= self.sway_yaw_mass**2:
-            raise ValueError("sway_mass * yaw_inertia must be above sway_yaw_mass^2: the mass matrix is not positive")
+    def _meets_what_it_takes(self) -> LowSpeed:
         if self.takes_wind and self.windage is None:
             raise ValueError("takes_wind needs windage, what the wind meets")
         if self.waves and self.hull is None and not self.responses:
@@ -199,26 +177,10 @@ class LowSpeed(Parameters):
         )  # fmt: skip
         strips = self.strips()
         parts = [
-            masses, linear, self.damping.vector(), self._windage(), start, self.hook_a, self.hook_b, [self.max_speed],
-            switches, [len(strips)], strips.ravel(), self.response_table(),
+            masses, linear, self.damping.vector(), windage_numbers(self.windage, self.air_density), start,
+            self.hook_a, self.hook_b, [self.max_speed], switches, [len(strips)], strips.ravel(), self.response_table(),
         ]  # fmt: skip
         return np.concatenate([np.asarray(part, np.float64) for part in parts])
-
-    def _windage(self) -> list[float]:
-        a = self.windage
-        if a is None:
-            return [0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0]
-        half = 0.5 * self.air_density
-        shape = [a.cross, a.ahead, a.astern, a.shape]
-        return [half * a.frontal_area, half * a.lateral_area, a.length, a.centroid / a.length, *shape]
-
-
-def load_ports(bundle: str) -> tuple[Port, ...]:
-    """A force and a moment on the vessel about its reference point."""
-    return (
-        Port(f"{bundle}.force", "N", (2,), "body", "surge and sway"),
-        Port(f"{bundle}.moment", "N*m", (), "body", "yaw"),
-    )
 
 
 def sea_ports(bundle: str, n: int) -> tuple[Port, ...]:

@@ -1,8 +1,14 @@
-"""Turning vectors from a vessel's body frame to the world's."""
+"""Angles, and turning vectors from a vessel's body frame to the world's."""
 
-from math import cos, sin
+from math import cos, floor, pi, sin
 
 from components.compiled import kernel
+
+
+@kernel
+def wrapped(angle):
+    """The angle [rad] in [-pi, pi)."""
+    return angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5)
 
 
 @kernel
