@@ -57,10 +57,12 @@ def nested(kind: type[Parameters], name: str) -> type[Parameters] | None:
 
 
 def gather(kind: type[Parameters], table: Table, folder: Path, path: str, problems: list[Problem]) -> dict[str, Given]:
-    """What a scenario writes for a component, over what the file it names writes."""
+    """What a scenario writes for a component, over what the file or files it names write."""
     given: dict[str, Given] = {}
     if "file" in table.entries and "file" not in kind.model_fields:
-        given.update(_from_file(kind, table.entries["file"], folder, below(path, "file"), problems))
+        files = table.entries["file"]
+        for one in files.items if isinstance(files, Items) else (files,):
+            _from_file(kind, one, folder, below(path, "file"), problems, given)
     for name, tree in table.entries.items():
         if name in kind.model_fields:
             given[name] = Given(tree, table.keys[name], folder)
@@ -209,23 +211,22 @@ def _mapping(kind: type[Parameters], tree: Tree, given: Given, path: str, proble
 
 
 def _from_file(
-    kind: type[Parameters], tree: Tree, folder: Path, path: str, problems: list[Problem]
-) -> dict[str, Given]:
+    kind: type[Parameters], tree: Tree, folder: Path, path: str, problems: list[Problem], given: dict[str, Given]
+) -> None:
     name = plain(tree)
     if not isinstance(name, str):
-        problems.append(Problem(tree.place, path, "expected the path of a YAML file"))
-        return {}
+        problems.append(Problem(tree.place, path, "expected the path of a YAML file, or a list of such"))
+        return
     try:
         table, found = parse(read_text(folder / name, name), name)
     except ScenarioError as error:
         problems.append(Problem(tree.place, path, f"{name}: {error.problems[0].text}"))
-        return {}
+        return
     problems.extend(found)
     if not isinstance(table, Table):
         if table is not None:
             problems.append(Problem(table.place, "", "expected a mapping of parameters"))
-        return {}
-    given: dict[str, Given] = {}
+        return
     for key, value in table.entries.items():
         parameter, unit = _published(kind, key)
         if parameter not in kind.model_fields:
@@ -235,7 +236,6 @@ def _from_file(
             problems.append(Problem(table.keys[key], key, f"'{parameter}' is given twice; keep one"))
         else:
             given[parameter] = Given(value, table.keys[key], (folder / name).parent, unit)
-    return given
 
 
 def _published(kind: type[Parameters], key: str) -> tuple[str, str]:

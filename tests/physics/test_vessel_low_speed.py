@@ -13,17 +13,17 @@ from components.compiled import bind
 from components.vessel.low_speed import closed_form
 from components.vessel.low_speed.component import COMPONENT
 from pipeline.parameters import build, gather
-from pipeline.yaml_source import parse, read_text
+from pipeline.yaml_source import parse
 
 ROOT = Path(__file__).parents[2]
 FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 5)
 
 
-def published(name):
-    """Parameters of a file, as a scenario would read them."""
-    folder, problems = ROOT / "scenarios" / "parameters", []
-    table, found = parse(read_text(folder / name, name), name)
-    given = gather(COMPONENT.parameters, table, folder, "", problems)
+def published(*names):
+    """Parameters of files, as a scenario would read them."""
+    text, problems = f"file: [{', '.join(names)}]", []
+    table, found = parse(text, "")
+    given = gather(COMPONENT.parameters, table, ROOT / "scenarios" / "parameters", "", problems)
     parameters = build(COMPONENT.parameters, given, table.place, "", problems)
     assert not problems + list(found)
     return parameters.model_dump()
@@ -69,8 +69,11 @@ class Vessel:
         raise KeyError(name)
 
 
-SUPPLY, CYBERSHIP = published("supply_vessel.yaml"), published("cybership_ii.yaml")
-SEMISUBMERSIBLE = published("semisubmersible.yaml")
+SUPPLY, SEMISUBMERSIBLE = (
+    published(f"{ship}_linear.yaml", f"{ship}_windage.yaml", f"{ship}.yaml")
+    for ship in ("supply_vessel", "semisubmersible")
+)
+CYBERSHIP = published("cybership_ii.yaml")
 BARE = {"surge_mass": 2.0, "sway_mass": 3.0, "yaw_inertia": 4.0, "max_speed": 10.0}
 
 
