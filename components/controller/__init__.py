@@ -1,0 +1,1 @@
+"""Controllers: the load that brings a vehicle where it should be."""

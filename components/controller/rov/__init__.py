@@ -1,0 +1,1 @@
+"""Waypoint control of an ROV."""

@@ -1,0 +1,1 @@
+"""Dynamic positioning of a vessel."""

@@ -1,0 +1,1 @@
+"""Observers: what a vessel does, from its instruments."""

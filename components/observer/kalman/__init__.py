@@ -1,0 +1,1 @@
+"""An extended Kalman filter."""
