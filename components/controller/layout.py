@@ -1,11 +1,11 @@
 """Where a controller's numbers and states lie in its vectors; four axes: north, east, down and heading."""
 
 AXES = 4
-# Numbers: gains of surge, sway, heave and yaw; masses and linear damping fed forward; time of the anti-windup; the
-# reference's frequencies and limits, along and turning; radius and angle of arrival; counts; the setpoint; waypoints.
+# Numbers: gains of surge, sway, heave and yaw; masses and linear damping fed forward; the reference's frequencies
+# and limits, along and turning; radius and angle of arrival; counts; the setpoint; waypoints.
 PROPORTIONAL, INTEGRAL, DERIVATIVE, MASS, DAMPING = range(0, 20, 4)
-(UNWIND, PATH_FREQUENCY, MAX_SPEED, MAX_ACCELERATION, TURN_FREQUENCY, MAX_RATE, MAX_TURN_ACCELERATION, RADIUS, ANGLE,
- REPEATS, COUNT, SETPOINT) = range(20, 32)  # fmt: skip
+(PATH_FREQUENCY, MAX_SPEED, MAX_ACCELERATION, TURN_FREQUENCY, MAX_RATE, MAX_TURN_ACCELERATION, RADIUS, ANGLE,
+ REPEATS, COUNT, SETPOINT) = range(20, 31)  # fmt: skip
 WAYPOINTS = SETPOINT + AXES
 # Of a waypoint: position and heading (4), time to stay [s], speed [m/s].
 STAY, SPEED, WAYPOINT = 4, 5, 6

@@ -15,9 +15,10 @@ from components.controller.layout import (
     PLACE,
     PROPORTIONAL,
     RATE,
-    UNWIND,
 )
 from components.kinematics import wrapped
+
+SHORT = 0.01
 
 
 @kernel
@@ -36,38 +37,41 @@ def turned(x, at, c, s):
 
 
 @kernel
-def unwind(q, x, achieved, heading, h):
-    """Let the integral load follow what the thrusters gave of the demand, (4) in the body frame, over h [s].
+def integrate(q, x, north, east, error, achieved, c, s, h):
+    """Let the integral load grow with the error over h [s], but not while the thrusters fall short of the last demand.
 
-    Back-calculation (Astrom and Hagglund 2006, section 3.5): while the demand is beyond the thrusters the integral
-    goes, with the time constant UNWIND, to where the demand would be what they give, and starts from there.
+    Conditional integration (Astrom and Hagglund 2006, section 3.5): where achieved, (4) in the body frame, is less than
+    the demand by more than SHORT of it, the integral takes only what takes the demand back. So it stays at the slow
+    load while thrusters are saturated, and nothing has to be unlearnt afterwards.
     """
-    c, s, share = cos(heading), sin(heading), min(h / q[UNWIND], 1.0)
-    ahead, across = achieved[0] - x[ASKED], achieved[1] - x[ASKED + 1]
-    x[LOAD] += share * (c * ahead - s * across)
-    x[LOAD + 1] += share * (s * ahead + c * across)
-    x[LOAD + 2] += share * (achieved[2] - x[ASKED + 2])
-    x[LOAD + 3] += share * (achieved[3] - x[ASKED + 3])
+    ahead, across = x[ASKED] - achieved[0], x[ASKED + 1] - achieved[1]
+    along = north * (c * ahead - s * across) + east * (s * ahead + c * across)
+    asked = x[ASKED] * x[ASKED] + x[ASKED + 1] * x[ASKED + 1]
+    is_short = ahead * ahead + across * across > SHORT * SHORT * asked
+    # Each world axis takes the mean of surge's and sway's gain, so that the integral turns with neither.
+    level = 0.5 * (q[INTEGRAL] + q[INTEGRAL + 1])
+    if along <= 0.0 or not is_short:
+        x[LOAD] += h * level * north
+        x[LOAD + 1] += h * level * east
+    for i in range(2, AXES):
+        lack = x[ASKED + i] - achieved[i]
+        if error[i] * lack <= 0.0 or abs(lack) <= SHORT * abs(x[ASKED + i]):
+            x[LOAD + i] += h * q[INTEGRAL + i] * error[i]
 
 
 @kernel
-def demand(q, x, eta, nu, h, error):
+def demand(q, x, eta, nu, achieved, h, error):
     """Write the load (4) in the body frame to x[ASKED:], feed-forward of known loads left out.
 
-    eta: (4) position and heading, nu: (4) velocity in the body frame, h: the step [s]; error: (4) reference less
-    position, in the body frame. Fossen 2011, section 12.2.4; the integral is a load in the world's frame, where slow
-    loads stay as the vehicle turns.
+    eta: (4) position and heading, nu: (4) velocity and achieved: (4) what the thrusters gave of the last demand, in the
+    body frame; h: the step [s]; error: (4) reference less position, in the body frame. Fossen 2011, section 12.2.4; the
+    integral is a load in the world's frame, where slow loads stay as the vehicle turns.
     """
     c, s = cos(eta[3]), sin(eta[3])
     north, east = x[PLACE] - eta[0], x[PLACE + 1] - eta[1]
     error[0], error[1] = c * north + s * east, c * east - s * north
     error[2], error[3] = x[PLACE + 2] - eta[2], wrapped(x[PLACE + 3] - eta[3])
-    # Each world axis takes the mean of surge's and sway's gain, so that the integral turns with neither.
-    level = 0.5 * (q[INTEGRAL] + q[INTEGRAL + 1])
-    x[LOAD] += h * level * north
-    x[LOAD + 1] += h * level * east
-    x[LOAD + 2] += h * q[INTEGRAL + 2] * error[2]
-    x[LOAD + 3] += h * q[INTEGRAL + 3] * error[3]
+    integrate(q, x, north, east, error, achieved, c, s, h)
     speed, change, load = turned(x, RATE, c, s), turned(x, CHANGE, c, s), turned(x, LOAD, c, s)
     for i in range(AXES):
         wanted = speed[i] if i < 2 else x[RATE + i]

@@ -26,7 +26,6 @@ class Tuning(Parameters):
     """PID gains by pole placement: K_p = m w^2, K_d = 2 zeta w m - d, K_i = share w K_p (Fossen 2011, alg. 12.1)."""
 
     integral_share: float = quantity("1", "of each natural frequency: how fast the integral is", 0.1, ge=0, le=0.5)
-    unwind_time: float = quantity("s", "in which the integral follows a demand that is not met", 20.0, gt=0)
     position: Level = quantity("m", "to keep: north and east", (0.0, 0.0), tunable=True)
     heading: float = quantity("rad", "to keep", 0.0, tunable=True)
     waypoints: tuple[Waypoint, ...] = choice("to go to in turn instead", ())
@@ -60,7 +59,7 @@ class Tuning(Parameters):
             for number in (*one.position, one.depth, one.heading, one.stay, one.speed or self.max_speed)
         ]
         return [
-            *proportional, *integral, *derivative, *masses, *damping, self.unwind_time,
+            *proportional, *integral, *derivative, *masses, *damping,
             self.reference_frequency, self.max_speed, self.max_acceleration,
             self.turn_frequency, self.max_turn_rate, self.max_turn_acceleration, self.radius, self.angle,
             self.repeats, len(self.waypoints), *self.position, depth, self.heading, *rows,

@@ -6,7 +6,7 @@ from components.compiled import kernel
 from components.contract import HEADER, Component
 from components.controller.guidance import choose, lead
 from components.controller.layout import ASKED, LEG, NOT_THERE, PLACE, SINCE, STATES
-from components.controller.pid import are_numbers, demand, unwind
+from components.controller.pid import are_numbers, demand
 from components.controller.rov import model
 
 LIMIT, TAKES_LINE, HOOK, COMMON = 0, 4, 5, 7
@@ -46,10 +46,8 @@ def control(own, u, x, y, w, t, h):
     for i in range(3):
         eta[i], nu[i] = u[i], u[VELOCITY + i]
     eta[3], nu[3] = u[HEADING], u[YAW_RATE]
-    if h > 0.0:
-        unwind(q, x, x[STATES : STATES + 4], eta[3], h)
     lead(q, x, choose(q, x, eta, t), h)
-    demand(q, x, eta, nu, h, error)
+    demand(q, x, eta, nu, x[STATES : STATES + 4], h, error)
     oppose(own, u, x)
     is_limited = 0.0
     for i in range(4):

@@ -6,7 +6,7 @@ from components.compiled import kernel
 from components.contract import HEADER, Component
 from components.controller.guidance import choose, lead
 from components.controller.layout import ASKED, LEG, LOAD, NOT_THERE, PLACE, RATE, SINCE, STATES
-from components.controller.pid import are_numbers, demand, unwind
+from components.controller.pid import are_numbers, demand
 from components.controller.station import model
 
 TAKES_ACHIEVED, TAKES_WIND, WIND_SHARE, TAKES_LINE, LINE_SHARE, HOOK, COMMON = 0, 1, 2, 3, 4, 5, 7
@@ -60,11 +60,12 @@ def control(own, u, x, y, w, t, h):
         return
     gather(u, w)
     eta, nu, error, achieved = w[ETA : ETA + 4], w[NU : NU + 4], w[ERROR : ERROR + 4], w[ACHIEVED : ACHIEVED + 4]
+    for i in range(4):
+        achieved[i] = x[ASKED + i]
     if own[TAKES_ACHIEVED] > 0.0 and h > 0.0:
-        achieved[0], achieved[1], achieved[2], achieved[3] = u[ESTIMATE], u[ESTIMATE + 1], 0.0, u[ESTIMATE + 2]
-        unwind(q, x, achieved, eta[3], h)
+        achieved[0], achieved[1], achieved[3] = u[ESTIMATE], u[ESTIMATE + 1], u[ESTIMATE + 2]
     lead(q, x, choose(q, x, eta, t), h)
-    demand(q, x, eta, nu, h, error)
+    demand(q, x, eta, nu, achieved, h, error)
     oppose(own, u, x, eta[3])
     x[STATES], x[STATES + 1], x[STATES + 2] = x[ASKED], x[ASKED + 1], x[ASKED + 3]
     write(x, w, 0.0, y)

@@ -1,0 +1,1 @@
+"""A demand from a record."""
