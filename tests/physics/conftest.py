@@ -1,8 +1,9 @@
-"""A cable outside a conductor, for the tests of its terms."""
+"""Components outside a conductor, for tests of what they do by themselves."""
 
 from __future__ import annotations
 
 import ctypes
+import importlib
 
 import numpy as np
 import pytest
@@ -83,3 +84,56 @@ class Sound(Lone):
     def _call(self, function, u):
         super()._call(function, u)
         assert self.status == 0
+
+
+class Unit:
+    """Any component stepped by hand; y and w are filled with NaN before every call, which must go well."""
+
+    def __init__(self, kind, u, h, seed, parameters):
+        self.component = importlib.import_module(f"components.{kind}.component").COMPONENT
+        self.parameters, self.seed = self.component.parameters(**parameters), seed
+        self.p, self.h, self.t = self.component.pack(self.parameters, seed), round(h * 1e9), 0
+        self.u, self.x, self.y, self.w = (np.full(int(n), np.nan) for n in self.p[1:5])
+        entries = bind(self.component)
+        self._init, self._step = _FUNCTION(entries.init), _FUNCTION(entries.step)
+        self._call(self._init, u)
+
+    def _call(self, function, u):
+        self.y[:] = self.w[:] = np.nan
+        self.u[:] = u
+        vectors = (self.p, self.u, self.x, self.y, self.w)
+        assert function(self.t, self.h, *[vector.ctypes.data for vector in vectors]) == 0
+        assert np.isfinite(self.y).all()
+        assert np.isfinite(self.x).all()
+
+    def step(self, u=None):
+        self.t += self.h
+        self._call(self._step, self.u.copy() if u is None else u)
+        return self
+
+    def set(self, **more):
+        """Other tunable parameters, as an event gives them."""
+        self.parameters = self.parameters.model_copy(update=more)
+        self.p = self.component.pack(self.parameters, self.seed)
+
+    @property
+    def seconds(self):
+        return self.t * 1e-9
+
+    def __getitem__(self, name):
+        k = 0
+        for port in self.component.outputs(self.parameters):
+            if port.name == name:
+                return self.y[k : k + port.size].reshape(port.shape).copy()
+            k += port.size
+        raise KeyError(name)
+
+
+@pytest.fixture(scope="session")
+def unit():
+    """`unit(kind, u, h=0.1, seed=7, **parameters)`: kind as `observer.kalman`; u: inputs at t0; h [s]."""
+
+    def make(kind, u, h=0.1, seed=7, **parameters):
+        return Unit(kind, u, h, seed, parameters)
+
+    return make

@@ -70,7 +70,7 @@ def read_compass(p, u, t, x, y, w):
         gap = t - x[last]
         seen[0] = wrapped(u[at] - expected(q, state, 2, t - u[at + 2]))
         if abs(seen[0]) <= p[GATES + 2] + p[GATE_SPEEDS + 2] * gap:
-            correct(p, state, 2, seen[0], max(gap, 0.0), 1.0, 0.0)
+            correct(p, state, 2, seen[0], gap, t - u[at + 2], 1.0, 0.0)
             x[last] = t
         else:
             status = WILD
@@ -97,6 +97,7 @@ def judge_reference(p, u, t, index, h, x, y, w):
             w[SUMS] += weight * seen[0]
             w[SUMS + 1] += weight * seen[1]
             w[SUMS + 2] += weight
+            w[SUMS + 3] += weight * age
         else:
             status = WILD
     write_reading(y, n, index, status, seen)
@@ -108,14 +109,15 @@ def read_all(p, u, t, h, x, y, w):
     q, state, kept = p[COMMON:], x[:STATES], x[STATES:]
     status = read_compass(p, u, t, x, y, w)
     heading = u[compass_at(q)] if status == USED else state[ETA + 2] + state[WAVE + 5]
-    w[SUMS] = w[SUMS + 1] = w[SUMS + 2] = 0.0
+    for i in range(4):
+        w[SUMS + i] = 0.0
     remember(q, u, kept, heading)
     for index in range(int(q[REFERENCES])):
         judge_reference(p, u, t, index, h, x, y, w)
     if w[SUMS + 2] > 0.0:
         gap, c, s = t - kept[LAST_FIX], cos(heading), sin(heading)
         for axis in range(2):
-            correct(p, state, axis, w[SUMS + axis] / w[SUMS + 2], gap, c, s)
+            correct(p, state, axis, w[SUMS + axis] / w[SUMS + 2], gap, w[SUMS + 3] / w[SUMS + 2], c, s)
         kept[LAST_FIX] = t
     write_estimate(state, kept, t, y)
 

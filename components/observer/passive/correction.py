@@ -4,6 +4,7 @@ from math import ceil
 
 from components.compiled import kernel
 from components.observer.layout import BIAS, ETA, NU, WAVE, WAVE_DAMPING, WAVE_FREQUENCY
+from components.observer.motion import swing
 from components.observer.passive.layout import COMMON, CUT_OFF, NOTCH, TO_SLOW, TO_VELOCITY
 
 LONGEST = 6.0  # gap times cut-off after which the observer has followed a lasting innovation
@@ -35,8 +36,10 @@ def follow(omega, zeta, cut, to_integral, to_wave, gap):
 
 
 @kernel
-def correct(p, state, axis, innovation, gap, c, s):
+def correct(p, state, axis, innovation, gap, age, c, s):
     """Correct by the innovation on an axis of the world; gap: since its last sample [s]; c, s: of the heading.
+
+    age: of the sample [s], over which what it says of the waves is carried on.
 
     Gains that make of innovation to error the notch (s^2 + 2 lambda omega s + omega^2) / ((s^2 + 2 zeta omega s +
     omega^2)(s + omega_c)): Fossen and Strand 1999, section 4. What the continuous observer would do between two samples
@@ -46,9 +49,10 @@ def correct(p, state, axis, innovation, gap, c, s):
     omega, zeta = q[WAVE_FREQUENCY], q[WAVE_DAMPING]
     cut, wide = p[CUT_OFF + axis] * omega, p[NOTCH + axis] - zeta
     first, second, place, work = follow(omega, zeta, cut, -2.0 * wide * cut / omega, 2.0 * wide * omega, gap)
+    into_first, from_second, into_second, kept = swing(omega, zeta, age)
     k = WAVE + 2 * axis
-    state[k] += first * innovation
-    state[k + 1] += second * innovation
+    state[k] += (into_first * first + from_second * second) * innovation
+    state[k + 1] += (into_second * first + kept * second) * innovation
     state[ETA + axis] += place * innovation
     state[BIAS + axis] += p[TO_SLOW + axis] * work * innovation
     pull = p[TO_VELOCITY + axis] * work * innovation

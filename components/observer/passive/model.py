@@ -54,4 +54,4 @@ class Passive(ShipObserver):
 
 def sizes(passive: Passive) -> Sizes:
     """State: the estimate, what all observers keep, when a heading was used last. Scratch: see component.py."""
-    return Sizes(state=STATES + RECORDS + RECORD * (len(passive.references) + 1) + 1, workspace=15)
+    return Sizes(state=STATES + RECORDS + RECORD * (len(passive.references) + 1) + 1, workspace=16)
