@@ -66,6 +66,11 @@ class Conductor:
         """Ticks made since t0."""
         return int(self._tables.clock[TICK])
 
+    @property
+    def has_stopped(self) -> bool:
+        """Whether a component stopped the run within a tick, which is half made."""
+        return bool(self._tables.clock[STATUS])
+
     def time_ns(self, tick: int) -> int:
         """Simulated time [ns] at which a tick ends."""
         return self.graph.start_ns + tick * self.graph.base_ns

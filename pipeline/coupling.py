@@ -15,6 +15,7 @@ from pipeline import native_loop as loop
 from pipeline.conductor import Conductor
 from pipeline.errors import Place, Problem, WiringError
 from pipeline.graph import Graph, Node, alone
+from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.memory import lay_out
 
 LIMIT = 0.1  # of G/M and of h sqrt(K/M); growth begins near 1, and what is below it must still be damped
@@ -82,14 +83,17 @@ def _end_mass(graph: Graph, node: int, end: LineEnd, u: np.ndarray) -> np.ndarra
 def _answer(graph: Graph, node: int, u: np.ndarray) -> np.ndarray:
     """A body's outputs after one step from t0 with the inputs u."""
     memory = lay_out(alone(graph, graph.nodes[node]))
-    memory.tables.inputs[: len(u)] = u
-    loop.initialise(memory.tables, memory.inits, 1, graph.start_ns)
-    loop.advance(memory.tables, graph.nodes[node].period, graph.start_ns, graph.base_ns)
-    return memory.tables.board.copy()
+    try:
+        memory.tables.inputs[: len(u)] = u
+        loop.initialise(memory.tables, memory.inits, 1, graph.start_ns)
+        loop.advance(memory.tables, graph.nodes[node].period, graph.start_ns, graph.base_ns)
+        return memory.tables.board.copy()
+    finally:
+        memory.close()  # of an FMU there may be one instance only
 
 
-def _accelerance(graph: Graph, found: ForceLoop, motion: int, u: np.ndarray) -> np.ndarray:
-    """da/dF (3, 3) [1/kg] of a body over one step, by trying a small force along each axis."""
+def _response(graph: Graph, found: ForceLoop, motion: int, u: np.ndarray) -> np.ndarray:
+    """Change (3, 3) of an output of a body over one step, by trying a small force along each axis [1/N]."""
     plain = _answer(graph, found.body, u)
     columns = []
     for axis in range(3):
@@ -99,19 +103,49 @@ def _accelerance(graph: Graph, found: ForceLoop, motion: int, u: np.ndarray) -> 
     return np.stack(columns, axis=1)
 
 
-def _ratios(graph: Graph, conductor: Conductor, found: ForceLoop) -> tuple[float, float]:
-    """G/M of a loop at t0, and h sqrt(K/M) with the taut line's stiffness K, which a slack start does not show."""
+def _given(line: Node, body: Node, taken: int) -> int | None:
+    """Where in the body's outputs u[taken] of the line comes from, if it does."""
+    for term in line.terms:
+        at = term.source + taken - term.target - body.start
+        if term.target <= taken < term.target + term.count and term.gain == 1.0 and 0 <= at < body.width:
+            return at
+    return None
+
+
+def _accelerance(graph: Graph, found: ForceLoop, motion: str, u: np.ndarray) -> np.ndarray:
+    """da/dF (3, 3) [1/kg] of a body over one step, from the best that the line is given of its motion."""
     line, body = graph.nodes[found.line], graph.nodes[found.body]
+    h = body.period * graph.base_ns * 1e-9
+    for name, scale in (("acceleration", 1.0), ("velocity", 1.0 / h), ("position", 2.0 / h**2)):
+        at = _given(line, body, _place(line.inputs, f"{motion}.{name}"))
+        if at is not None:
+            return scale * _response(graph, found, at, u)
+    raise AssertionError("force_loops() finds bodies that give the position")
+
+
+def _ratios(graph: Graph, inputs: list[np.ndarray], found: ForceLoop) -> tuple[float, float]:
+    """G/M of a loop at t0, and h sqrt(K/M) with the taut line's stiffness K, which a slack start does not show.
+
+    inputs: of every node at t0.
+    """
+    line = graph.nodes[found.line]
     end = line.component.lines[found.end]
-    spans, tables = conductor.memory.spans["u"], conductor.memory.tables
-    taken = _place(line.inputs, f"{end.motion}.acceleration")
-    source = next(t.source + taken - t.target for t in line.terms if t.target <= taken < t.target + t.count)
-    mass = _end_mass(graph, found.line, end, tables.inputs[spans[found.line]])
-    accelerance = _accelerance(graph, found, source - body.start, tables.inputs[spans[found.body]])
+    mass = _end_mass(graph, found.line, end, inputs[found.line])
+    accelerance = _accelerance(graph, found, end.motion, inputs[found.body])
     h = line.period * graph.base_ns * 1e-9
     greatest = float(np.abs(np.linalg.eigvals(accelerance)).max())
     stiff = h * np.sqrt(end.stiffness(line.parameters) * greatest)
     return float(np.abs(np.linalg.eigvals(accelerance @ mass)).max()), float(stiff)
+
+
+def _inputs(graph: Graph) -> list[np.ndarray]:
+    """u of every node as its init takes it."""
+    conductor = Conductor(graph)
+    try:
+        conductor.initialise()
+        return [conductor.memory.tables.inputs[span].copy() for span in conductor.memory.spans["u"]]
+    finally:
+        conductor.close()
 
 
 def refuse_unstable(graph: Graph, source: str) -> None:
@@ -119,17 +153,18 @@ def refuse_unstable(graph: Graph, source: str) -> None:
     loops = force_loops(graph)
     if not loops:
         return
-    conductor = Conductor(graph)
-    conductor.initialise()
+    inputs = _inputs(graph)
     problems = []
     for found in loops:
         line, body = graph.nodes[found.line].name, graph.nodes[found.body].name
-        mass, stiffness = _ratios(graph, conductor, found)
+        mass, stiffness = _ratios(graph, inputs, found)
         if max(mass, stiffness) > LIMIT:
+            tie = f"tie them with a bond: bonds: {{tie: {{body: {body}.<end>, line: {line}.{found.end}}}}}"
+            if isinstance(graph.nodes[found.body].component, FmuComponent):
+                tie = "give the body by `model:` and tie them with a bond, which no FMU can be in"
             text = (
                 f"{body} takes the force of {line}.{found.end} one step late: unstable (G/M = {mass:.2g}, "
-                f"h sqrt(K/M) = {stiffness:.2g}, limit {LIMIT}); tie them with a bond: bonds: {{tie: {{body: "
-                f"{body}.<end>, line: {line}.{found.end}}}}}, or take a heavier body or a shorter step"
+                f"h sqrt(K/M) = {stiffness:.2g}, limit {LIMIT}); {tie}, or take a heavier body or a shorter step"
             )
             problems.append(Problem(Place(source), f"components.{body}.inputs", text))
     if problems:

@@ -286,6 +286,11 @@ class Distributed(Conductor):
         self.remarks.append((self.time_ns(self.tick), text))
         self.tell(text)
 
+    @property
+    def has_stopped(self) -> bool:
+        """As Conductor's; or a host failed."""
+        return self._error is not None or super().has_stopped
+
     def _raise_if_stopped(self, t_ns: int) -> None:
         if self._error is not None:
             raise self._error

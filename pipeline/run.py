@@ -307,8 +307,12 @@ class Run:
         return tick * self.graph.base_ns / 1e9
 
     def _end_slice(self) -> None:
-        """Close the digest's block at its end, and each second write out what there is, with a snapshot if possible."""
-        at_block_end = self.conductor.tick % self.conductor.block == 0
+        """Close the digest's block at its end, and each second write out what there is, with a snapshot if possible.
+
+        A component that stops the run in a block's first tick leaves the clock at the end of the block before, which
+        is closed already, and the state is no longer that of there.
+        """
+        at_block_end = self.conductor.tick % self.conductor.block == 0 and not self.conductor.has_stopped
         if at_block_end:
             self.digest.end_block()
         now = time.monotonic()

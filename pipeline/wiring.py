@@ -261,6 +261,11 @@ class _Wiring:
                 )
             return None
         ends = draft.instance.component.bodies if kind == "body" else draft.instance.component.lines
+        if isinstance(draft.instance.component, FmuComponent):
+            text = "a bond repeats a step and takes laws of force, for which FMI has no words"
+            remedy = "give the component by `model:`, or wire the FMU's force without a bond"
+            self._report(place, path, f"'{name.component}' is an FMU, whose ends no bond can tie: {text}; {remedy}")
+            return None
         if name.port not in ends:
             self._report(
                 place, path, f"'{name.component}' has no {kind} end '{name.port}'{closest(name.port, list(ends))}"

@@ -76,8 +76,9 @@ def _source(entries: dict[str, _Entry], name: str, port: str) -> tuple[str, str]
 
 
 def _metres(entries: dict[str, _Entry], name: str, parameter: str) -> float | None:
-    """A length of a component: resolved scenarios write `3.5 m`."""
-    number, _, unit = str(entries.get(name, {}).get("parameters", {}).get(parameter, "")).partition(" ")
+    """A length of a component: resolved scenarios write `3.5 m`. FMUs of Towline have parameters in a bundle."""
+    given = entries.get(name, {}).get("parameters", {})
+    number, _, unit = str(given.get(parameter, given.get(f"parameters.{parameter}", ""))).partition(" ")
     return float(number) if unit == "m" else None
 
 

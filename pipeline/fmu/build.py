@@ -17,7 +17,7 @@ from pipeline.fmu.description import Experiment, description
 from pipeline.fmu.machine_code import object_code
 from pipeline.fmu.platforms import folder_here
 from pipeline.fmu.source import header, tables
-from pipeline.fmu.variables import TIME, Contents, Variable, contents, elements
+from pipeline.fmu.variables import Contents, Variable, contents, elements, independent
 
 SOURCES = Path(__file__).parent / "native"
 SHARED = ("core.c", "values.c", "saved.c")
@@ -37,7 +37,7 @@ def build(component: Component, parameters: Parameters, seed: int, step_ns: int,
     """
     experiment = Experiment(step_ns, start_ns, has_bond(component, parameters))
     found = contents(component, parameters, seed)
-    variables = elements(found.variables) if fmi == 2 else (TIME, *found.variables)
+    variables = elements(found.variables) if fmi == 2 else (independent(found.variables), *found.variables)
     _check_names(variables)
     identifier = re.sub(r"\W", "_", component.name, flags=re.ASCII)
     code = object_code(component)

@@ -60,6 +60,11 @@ def description(
 
 
 def _capabilities(fmi: int, identifier: str, experiment: Experiment) -> dict[str, str]:
+    """Attributes of the interface.
+
+    Directional derivatives are not offered: outputs change in steps only, so that their derivative by the inputs of the
+    same instant is zero, as the empty dependencies say, and FMI does not ask for that of a step.
+    """
     state = "FMUstate" if fmi == 2 else "FMUState"
     found = {
         "modelIdentifier": identifier,
@@ -88,9 +93,9 @@ def _units(root: ET.Element, variables: Iterable[Variable]) -> None:
 
 
 def _ports(parent: ET.Element, contents: Contents) -> None:
-    """What FMI has no words for: each port's frame, and in FMI 2 its shape."""
+    """What FMI has no words for: each port's frame, in FMI 2 its shape, and which output tells the validity."""
     component, parameters = contents.component, contents.parameters
-    element = ET.SubElement(parent, "Ports")
+    element = ET.SubElement(parent, "Ports", {"validity": component.validity} if component.validity else {})
     for direction, ports in (("input", component.inputs(parameters)), ("output", component.outputs(parameters))):
         for port in ports:
             shape = " ".join(map(str, port.shape))

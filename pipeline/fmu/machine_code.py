@@ -19,6 +19,8 @@ from pipeline.kernels import refusal
 INIT, STEP = "kernel_init", "kernel_step"  # as native/core.c calls them
 ANY = {"x86_64": "x86-64"}  # LLVM's name of the oldest processor of a kind; "generic" for others
 
+_emitted: dict[int, tuple[Component, bytes]] = {}  # by identity: the code is the same whatever the parameters
+
 
 def object_code(component: Component) -> bytes:
     """A relocatable object file with the hidden functions kernel_init and kernel_step, which need libc and libm only.
@@ -27,11 +29,13 @@ def object_code(component: Component) -> bytes:
     """
     if not component.compiled:
         raise TowlineError(f"{component.name} is a Python callable; an FMU is made of compiled components only")
-    try:
-        entry = bind(component)
-    except Exception as error:  # numba's are of many kinds
-        raise TowlineError(f"{component.name} cannot be compiled: {refusal(error)} (--debug shows all)") from error
-    return _emit(entry)
+    if id(component) not in _emitted:
+        try:
+            entry = bind(component)
+        except Exception as error:  # numba's are of many kinds
+            raise TowlineError(f"{component.name} cannot be compiled: {refusal(error)} (--debug shows all)") from error
+        _emitted[id(component)] = component, _emit(entry)
+    return _emitted[id(component)][1]
 
 
 def _emit(entry: EntryPoints) -> bytes:

@@ -51,7 +51,12 @@ class Variable:
         return prod(self.shape)
 
 
-TIME = Variable("time", "time", "s", description="simulated time")  # FMI 3 asks for it
+def independent(variables: tuple[Variable, ...]) -> Variable:
+    """The time, which FMI 3 asks for, by a name that none of the variables has: a sensor's port may be `time`."""
+    name = "time"
+    while name in {one.name for one in variables}:
+        name = f"simulated_{name}"
+    return Variable(name, "time", "s", description="simulated time")
 
 
 @dataclass(frozen=True)

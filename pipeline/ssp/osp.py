@@ -16,6 +16,8 @@ from pipeline.xml_source import parse_xml
 
 ROOT = "OspSystemStructure"
 _SIGNAL = re.compile(r"in(?:\[([0-9]{1,6})\])?")
+# A variable of a group: the types of what it is in, and which of each type; its name.
+Member = tuple[tuple[tuple[str, int], ...], str]
 KINDS = ("Real", "Integer", "Boolean", "String")
 
 
@@ -90,7 +92,12 @@ class _Reading:
             ends = [self._ends(end) for end in one.iterchildren()]
             if len(ends) != 2 or len(ends[0]) != len(ends[1]):
                 raise ValueError(f"a {_tag(one)} joins {' and '.join(str(len(end)) for end in ends)} variables")
-            for first, second in zip(*ends, strict=True):
+            pairs = list(zip(*ends, strict=True))
+            if set(pairs) != set(zip(*(self._ends(end, is_written=True) for end in one.iterchildren()), strict=True)):
+                names = " and ".join(f"{end.get('simulator')}.{end.get('name')}" for end in one.iterchildren())
+                text = "they are joined by type here, and by libcosim in the order written"
+                self.system.note(f"the groups {names} list their parts in different orders; {text}")
+            for first, second in pairs:
                 self._join(first, second)
         for is_output in (False, True):
             for one in signals:
@@ -138,8 +145,8 @@ class _Reading:
         told = {one.name: one.causality for one in model_description(self.parts[end.part].fmu).modelVariables}
         return told.get(end.variable, "")
 
-    def _ends(self, element: Any) -> list[End]:
-        """The variables that an end of a connection names: one, or those of a group."""
+    def _ends(self, element: Any, *, is_written: bool = False) -> list[End]:
+        """The variables that an end of a connection names: one, or those of a group, by type or as written."""
         part, name = element.get("simulator", ""), element.get("name", "")
         if _tag(element) == "Variable":
             return [End(part, name)]
@@ -148,18 +155,19 @@ class _Reading:
         groups = self._groups(self.parts[part])
         if name not in groups:
             raise ValueError(f"'{part}' has no variable group '{name}' in its OspModelDescription")
-        return [End(part, variable) for variable in groups[name]]
+        members = groups[name] if is_written else sorted(groups[name], key=lambda member: member[0])
+        return [End(part, variable) for _, variable in members]
 
-    def _groups(self, part: Part) -> dict[str, list[str]]:
-        """Variables of each group, in the order of the types of what is in it."""
-        found: dict[str, list[str]] = {}
+    def _groups(self, part: Part) -> dict[str, list[Member]]:
+        """Members of each group, as written."""
+        found: dict[str, list[Member]] = {}
         for stem in dict.fromkeys((model_description(part.fmu).modelName, part.fmu.stem)):
             for folder in (part.fmu.parent, self.package.folder):
                 path = folder / f"{Path(stem).name}_OspModelDescription.xml"
                 if path.is_file():
                     root = parse_xml(path.read_bytes(), str(path))
                     for group in root.iterfind("{*}VariableGroups//*[@name]"):
-                        found.setdefault(group.get("name"), [v for _, v in sorted(_members(group), key=lambda m: m[0])])
+                        found.setdefault(group.get("name"), _members(group))
         return found
 
 
@@ -197,9 +205,10 @@ def _tag(element: Any) -> str:
     return str(element.tag).rpartition("}")[2]
 
 
-def _members(group: Any, above: tuple[tuple[str, int], ...] = ()) -> list[tuple[tuple[tuple[str, int], ...], str]]:
-    """Variables of a group by where they stand: types of the groups around them, and which of that type."""
-    found, counts = [], {}
+def _members(group: Any, above: tuple[tuple[str, int], ...] = ()) -> list[Member]:
+    """The variables of a group."""
+    found: list[Member] = []
+    counts: dict[str, int] = {}
     for one in group.iterchildren():
         kind = _tag(one)
         counts[kind] = counts.get(kind, -1) + 1

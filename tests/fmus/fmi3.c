@@ -303,6 +303,9 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
     *early = m->v.t < t + h - 1e-12;
     *stop = m->v.terminate;
     *reached = status == DISCARD ? m->v.reached : m->v.t;
+#ifdef REACHED
+    *reached = REACHED;
+#endif
     return of(status);
 }
 

@@ -4,12 +4,15 @@
 
 enum { INTERVAL };
 enum { LEVEL, LAST };
+#ifndef LAST_AT
+#define LAST_AT 1000
+#endif
 
 static const double SLACK = 1e-12; /* s, of times that the importer adds up */
 
 void model_start(Values *v) {
     v->r[INTERVAL] = 0.25;
-    v->i[LAST] = 1000;
+    v->i[LAST] = LAST_AT;
     v->next = HUGE_VAL;
 }
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from foreign import ForeignFmus
 from scipy.optimize import brentq
@@ -129,3 +131,20 @@ class SceneRunner:
 def run(tmp_path, capsys) -> SceneRunner:
     """Runs scenes."""
     return SceneRunner(tmp_path, capsys)
+
+
+@pytest.fixture
+def clean_place(tmp_path, monkeypatch) -> Iterator[Path]:
+    """A folder of the test's own, in which no temporary file is left, nor a process of this one."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    monkeypatch.chdir(tmp_path)
+    before = set(psutil.Process().children(recursive=True))
+    yield tmp_path
+    left = [
+        p for p in psutil.Process().children(recursive=True) if p not in before and p.status() != psutil.STATUS_ZOMBIE
+    ]
+    assert left == []
+    assert list(temporary.iterdir()) == []

@@ -257,6 +257,19 @@ def test_stop_time_is_kept(ring):
     refused(one, "beyond the stop time", one.step(3 * H, H))
 
 
+def test_a_master_that_adds_its_steps_up_reaches_the_stop_time(ring):
+    """Its last step ends 19 ns beyond, by rounding alone."""
+    one, t = ring.instance(), 0.0
+    one.setup(0.0, 10_000.0)
+    one("EnterInitializationMode")
+    one("ExitInitializationMode")
+    for _ in range(100_000):
+        assert one.step(t, 0.1) == OK, ring.said
+        t += 0.1
+    assert round(t * 1e9) == 10_000 * 10**9 + 19
+    refused(one, "beyond the stop time", one.step(t, 0.1))
+
+
 def test_times_are_the_nearest_nanosecond(ring):
     """A master that adds its steps up in doubles, 0.1 s by 0.1 s, gets the steps of one that multiplies."""
     adding, exact = ring.instance(), ring.instance()

@@ -42,6 +42,13 @@ def test_pool_chain_of_fmus_has_the_native_digest(fmi, fmu_of, run, tmp_path):
     assert main(["run", str(scene), "--out", str(tmp_path / "fmus.mcap"), "--json"]) == 0
     found = json.loads(run.output())
     assert found["digest"] == native["digest"]
+    assert found["validity"] == native["validity"] != {}
+    judged = []
+    for log in ("native.mcap", "fmus.mcap"):
+        assert main(["validity", str(tmp_path / log), "--json"]) == 0
+        cable = json.loads(run.output())["cables"]["markers"]
+        judged.append({key: value for key, value in cable.items() if key not in ("wall_s", "scenario", "published")})
+    assert judged[0] == judged[1]
     ports = [
         [(port.name, port.unit, port.shape, port.frame) for port in open_log(tmp_path / log).channel("tether").ports]
         for log in ("native.mcap", "fmus.mcap")
@@ -152,6 +159,10 @@ def test_numbers_that_do_not_fit_are_refused_by_name_and_time(foreign, run):
     assert "its input on_in is 2, and the FMU takes 0 or 1" in run.result["error"]
     run(f"a: {{fmu: {path}, inputs: {{uint8_in: 256}}}}", status=1)
     assert "uint8_in is 256" in run.result["error"]
+    run(f"a: {{fmu: {path}, inputs: {{short_in: 1.0e+39}}}}", status=1)
+    assert "short_in is 9.9999999999999994e+38, and the FMU takes numbers up to 3.4e+38" in run.result["error"]
+    run(f"a: {{fmu: {path}, parameters: {{short_in: 1.0e+39}}}}", status=1)
+    assert "must be at most 3.4028" in run.result["error"]
 
 
 def test_arrays(foreign, run):

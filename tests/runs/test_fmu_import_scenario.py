@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 from foreign import ALL_KINDS, ARRAYS, BALL, KINDS, TEXTS, VAN_DER_POL
 
-from pipeline.errors import TowlineError
+from pipeline.errors import TowlineError, WiringError
 from pipeline.hosts.fmu.component import FmuComponent, component_of
 from pipeline.hosts.fmu.units import Conversion, conversion
 from pipeline.hosts.fmu.variables import unbundled
@@ -103,6 +104,29 @@ def test_mistakes_have_their_place(foreign, tmp_path):
 def test_an_int8_parameter_has_its_bounds(foreign, tmp_path):
     said = refusal(f"a: {{fmu: {foreign(ALL_KINDS, 3)}, parameters: {{int8_in: 128}}}}", tmp_path)
     assert "128 is out of range; must be at most 127" in said
+
+
+def test_bounds_of_whole_numbers_may_be_zero(foreign, tmp_path):
+    """`count` from 0 to 4.5: bounds that are no whole numbers allow those between them."""
+    path = foreign(KINDS, 2, edit=lambda text: re.sub(r'(name="count".*?start="0")', r'\1 min="0" max="4.5"', text))
+    assert "must be at least 0" in refusal(f"a: {{fmu: {path}, parameters: {{count: -1}}}}", tmp_path)
+    assert "must be at most 4" in refusal(f"a: {{fmu: {path}, parameters: {{count: 5}}}}", tmp_path)
+    built(f"a: {{fmu: {path}, parameters: {{count: 4}}}}", tmp_path)
+
+
+def test_no_bond_ties_an_fmu(fmu_of, tmp_path):
+    """Though it be made of components that have these ends; what can be done is said, in one line for each."""
+    ball, chain = (fmu_of(f"bond_mass.yaml#{name}", 2) for name in ("ball", "chain"))
+    text = f"duration: 1 s\nstep: 10 ms\ncomponents:\n  ball: {{fmu: {ball}}}\n  chain: {{fmu: {chain}}}\n"
+    scene = load_scenario_text(f"{text}bonds:\n  hook: {{body: ball.hook, line: chain.end_b}}\n", "s.yaml", tmp_path)
+    with pytest.raises(WiringError) as caught:
+        build_graph(scene)
+    for place, name in (("7:16", "ball"), ("7:33", "chain")):
+        why = "a bond repeats a step and takes laws of force, for which FMI has no words"
+        remedy = "give the component by `model:`, or wire the FMU's force without a bond"
+        assert f"'{name}' is an FMU, whose ends no bond can tie: {why}; {remedy}" in str(caught.value)
+        assert f"s.yaml:{place} bonds.hook." in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 2
 
 
 def test_fixed_parameters_are_not_set_by_events(foreign, tmp_path):

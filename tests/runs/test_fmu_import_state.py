@@ -9,15 +9,17 @@ import os
 import shutil
 import signal
 import time
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
 import pytest
-from foreign import BALL, STAIR, VAN_DER_POL
+from foreign import BAD, BALL, EVENTS, KINDS, MODES, STAIR, STATE, VAN_DER_POL
 
 from pipeline import run as run_module
 from pipeline.cli import main
-from pipeline.errors import LogError
+from pipeline.errors import LogError, StepError
 from pipeline.hosts.deployment import BusOptions
 from pipeline.log.reader import Log, open_log
 from pipeline.rerun import graph_of, other_sources
@@ -46,7 +48,7 @@ events:
 WAYS = [(1, "co-simulation"), (2, "co-simulation"), (3, "co-simulation"), (2, "model-exchange"), (3, "model-exchange")]
 
 
-def scene(foreign, fmi: int, interface: str, duration: str = "60 s", late: str = "50 s", isolate: str = "false") -> str:
+def scene(foreign, fmi: int, interface: str, duration: str = "12 s", late: str = "10 s", isolate: str = "false") -> str:
     oscillator, ball = (foreign(model, fmi) for model in (VAN_DER_POL, BALL))
     own = {"duration": duration, "late": late, "isolate": isolate, "interface": interface}
     if fmi == 1:  # which has no tunable parameters
@@ -62,11 +64,11 @@ def run(text: str, path: Path, bus=None, said=None, progress=lambda _: None) -> 
 
 def _child(text: str, path: Path) -> None:
     run_module.FLUSH_S = 0.0  # a snapshot at every block end
-    run(text, path, progress=lambda s: os.kill(os.getpid(), signal.SIGKILL) if s > 30.0 else None)
+    run(text, path, progress=lambda s: os.kill(os.getpid(), signal.SIGKILL) if s > 5.5 else None)
 
 
 def killed(text: str, path: Path) -> Log:
-    """The log of a run that was killed after 30 simulated seconds."""
+    """The log of a run that was killed after 5.5 simulated seconds; a block of the digest, of 512 ticks, is in it."""
     child = multiprocessing.get_context("fork").Process(target=_child, args=(text, path))
     child.start()
     child.join(LIMIT_S)
@@ -91,11 +93,50 @@ def test_killed_and_resumed(fmi, interface, foreign, tmp_path):
     assert resumed(log, tmp_path / "resumed.mcap").digest == undisturbed.digest
 
 
+HELD = """
+duration: 12 s
+step: 10 ms
+scene: false
+components:
+  a: {{fmu: {kinds}, interface: {interface}, inputs: {{int_in: steps.level, on_in: 1, choice_in: 3, real_in: 2 kN}}}}
+  steps: {{fmu: {stair}}}
+"""
+
+
+@pytest.mark.parametrize(("fmi", "interface"), WAYS[2:])
+def test_inputs_that_rest_are_held_after_a_resumption(fmi, interface, foreign, tmp_path):
+    """One input changes each quarter of a second, which is an event; those of other types were set before the kill."""
+    kinds = foreign(replace(KINDS, interfaces=("CoSimulation", "ModelExchange"), flags=STATE | EVENTS), fmi)
+    text = HELD.format(kinds=kinds, interface=interface, stair=foreign(replace(STAIR, flags=STATE), 2))
+    undisturbed = run(text, tmp_path / "whole.mcap")
+    log = killed(text, tmp_path / "killed.mcap")
+    assert resumed(log, tmp_path / "resumed.mcap").digest == undisturbed.digest
+
+
 def test_isolated_killed_and_resumed(foreign, tmp_path):
     text = scene(foreign, 2, "co-simulation", isolate="true")
     undisturbed = run(scene(foreign, 2, "co-simulation"), tmp_path / "whole.mcap")
     log = killed(text, tmp_path / "killed.mcap")
     assert resumed(log, tmp_path / "resumed.mcap").digest == undisturbed.digest
+
+
+def test_a_failure_in_the_first_tick_of_a_block_leaves_the_snapshot_before_it(foreign, tmp_path, monkeypatch):
+    """The oscillator has made the tick in which the other FMU fails; the digest's block was closed before it."""
+    monkeypatch.setattr(run_module, "FLUSH_S", 0.0)
+    snapshots = []
+    for mode, seconds in (("fine", 5.12), ("fails", 20.0)):  # 512 ticks are a block
+        text = (
+            f"duration: {seconds} s\nstep: 10 ms\nscene: false\ncomponents:\n  a: {{fmu: {foreign(VAN_DER_POL, 2)}}}\n"
+        )
+        text += f"  b: {{fmu: {foreign(BAD, 2)}, parameters: {{mode: {MODES.index(mode)}, at: 5.12 s}}}}\n"
+        with suppress(StepError):
+            run(text, tmp_path / f"{mode}.mcap")
+        t_ns, data = open_log(tmp_path / f"{mode}.mcap").last_snapshot()
+        snapshots.append((t_ns, Snapshot.from_bytes(data)))
+    (t_ns, fine), (failed_ns, failed) = snapshots
+    assert t_ns == failed_ns == 5_120_000_000
+    assert failed.chains == fine.chains
+    assert failed.board.tobytes() == fine.board.tobytes()
 
 
 def test_no_state_and_no_inputs_is_refused_by_name(foreign, tmp_path):
@@ -158,7 +199,7 @@ def test_the_log_names_and_holds_the_fmus(foreign, tmp_path):
 def test_a_changed_fmu_is_not_resumed(foreign, tmp_path):
     fmu = tmp_path / "changing.fmu"
     shutil.copy(foreign(BALL, 2), fmu)
-    text = f"duration: 60 s\nstep: 10 ms\nscene: false\ncomponents:\n  a: {{fmu: {fmu}}}\n"
+    text = f"duration: 12 s\nstep: 10 ms\nscene: false\ncomponents:\n  a: {{fmu: {fmu}}}\n"
     log = killed(text, tmp_path / "killed.mcap")
     shutil.copy(foreign(BALL, 2, "OTHER"), fmu)
     os.utime(fmu, (time.time() + 5, time.time() + 5))

@@ -524,6 +524,50 @@ def test_osp_in_libcosim(place, capsys):
     assert found["k"][1:4].tolist() == [2, 1, 5]
 
 
+PORTS = """<OspModelDescription xmlns="https://open-simulation-platform.com/OspModelDescription/1.0.0" version="1.0">
+  <VariableGroups><LinearMechanicalPort name="port">{}</LinearMechanicalPort></VariableGroups>
+</OspModelDescription>"""
+FORCE = '<Force name="force"><Variable ref="{}"/></Force>'
+VELOCITY = '<LinearVelocity name="velocity"><Variable ref="{}"/></LinearVelocity>'
+JOINED = """<OspSystemStructure xmlns="http://opensimulationplatform.com/MSMI/OSPSystemStructure" version="0.1">
+  <StartTime>0.0</StartTime><BaseStepSize>0.01</BaseStepSize><Algorithm>fixedStep</Algorithm>
+  <Simulators><Simulator name="a" source="vdp.fmu"/><Simulator name="p" source="arrays.fmu"/></Simulators>
+  <Connections><VariableGroupConnection>
+    <VariableGroup simulator="{}" name="port"/><VariableGroup simulator="{}" name="port"/>
+  </VariableGroupConnection></Connections>
+</OspSystemStructure>"""
+
+
+def test_groups_of_variables_in_libcosim(place, capsys):
+    """Whichever end is named first; where the parts' orders differ, libcosim would join a force to a velocity."""
+    cosim = pytest.importorskip("libcosimpy.CosimExecution", reason="libcosimpy is not installed").CosimExecution
+    from libcosimpy.CosimObserver import CosimObserver
+
+    Path("van_der_pol_OspModelDescription.xml").write_text(PORTS.format(FORCE.format("x") + VELOCITY.format("v")))
+    for ends in ("ap", "pa"):
+        Path("OspSystemStructure.xml").write_text(JOINED.format(*ends))
+        Path("arrays_OspModelDescription.xml").write_text(PORTS.format(FORCE.format("u[1]") + VELOCITY.format("u[2]")))
+        notes = convert(capsys, "OspSystemStructure.xml", "-o", f"{ends}.yaml", "--duration", "0.5 s")
+        assert not any("order" in text for text in notes)
+        execution = cosim.from_osp_config_file(str(place / "OspSystemStructure.xml"))
+        observer = CosimObserver.create_last_value()
+        execution.add_observer(observer)
+        assert execution.step(50)
+        expected = observer.last_real_values(execution.slave_index_from_instance_name("p"), [16, 17])
+        assert all(expected)
+        assert np.abs(ran(graph_of(f"{ends}.yaml"))["p"][:2] - expected).max() <= 1e-12
+    before = yaml.safe_load(Path("ap.yaml").read_text())["components"]
+    Path("arrays_OspModelDescription.xml").write_text(PORTS.format(VELOCITY.format("u[2]") + FORCE.format("u[1]")))
+    Path("OspSystemStructure.xml").write_text(JOINED.format(*"ap"))
+    scenario, notes = read(capsys, JOINED.format(*"ap"), "OspSystemStructure.xml")
+    assert scenario["components"] == before
+    text = "list their parts in different orders; they are joined by type here, and by libcosim in the order written"
+    assert f"the groups a.port and p.port {text}" in notes
+    Path("arrays_OspModelDescription.xml").write_text(PORTS.format(FORCE.format("u[1]")))
+    refused = refusal(capsys, "OspSystemStructure.xml", "-o", "unlike.yaml")
+    assert "a VariableGroupConnection joins 2 and 1 variables" in refused
+
+
 def test_slower_simulators_of_osp(place, capsys):
     Path("OspSystemStructure.xml").write_text(OSP.replace("0.0101", "0.021"))
     Path("arrays_OspModelDescription.xml").write_text(GROUPS)

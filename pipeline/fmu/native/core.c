@@ -174,7 +174,7 @@ Status step_to(Instance *instance, double t, double h) {
         return report(instance, ERROR, "step from %.9f s, but the last one ended at %.9f s", t, seconds(instance));
     if (end_ns <= state->t_ns)
         return report(instance, ERROR, "step of %g s; the shortest is 1 ns", h);
-    if (state->has_stop && end_ns > state->stop_ns)
+    if (state->has_stop && (double)(end_ns - state->stop_ns) > DRIFT_NS)
         return report(instance, ERROR, "step to %.9f s, beyond the stop time %.9f s", t + h, (double)state->stop_ns / NS);
     int64_t dt_ns = end_ns - state->t_ns;
 #ifdef STEP_IS_FIXED

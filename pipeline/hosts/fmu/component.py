@@ -74,6 +74,7 @@ def _component(description: Description, interface: str, isolate: bool, overdue_
         absent=description.refused,
         compiled=False,
         assumptions=description.summary or ASSUMPTIONS,
+        validity=description.validity,
         description=description,
         interface=description.interface(interface),
         isolate=isolate,

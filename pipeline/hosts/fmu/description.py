@@ -49,6 +49,7 @@ class Description:
     """An FMU as it describes itself. digest: SHA-256 of the file. variables: all that can be seen or set.
 
     refused: variables that cannot be ports, by name, and why. states, indicators: of its model-exchange interface.
+    validity: the output that tells it, see components.contract.Component; "" where Towline did not export the FMU.
     """
 
     path: Path
@@ -64,6 +65,7 @@ class Description:
     states: int
     indicators: int
     tolerance: float | None
+    validity: str
 
     def of(self, *causalities: str) -> list[Variable]:
         """Its variables of these causalities, in order."""
@@ -111,11 +113,12 @@ def _description(path: Path, digest: str, told: Any, root: Any) -> Description:
         raise FmuError(f"its {DOCUMENT} names neither co-simulation nor model exchange")
     for one in interfaces:
         binary(path, told.fmiVersion, one.identifier)
-    shapes, frames = _annotated(root)
+    shapes, frames, validity = _annotated(root)
     relative = {element.get("name") for element in root.iter() if element.get("relativeQuantity") in ("true", "1")}
     units = {unit.name: unit.baseUnit for unit in told.unitDefinitions} if fmi > 1 else {}
     variables, refused = _variables(told, fmi, units, relative)
     joined = _named_ports(grouped(variables, shapes))
+    outputs = {one.title: one for one in joined if one.causality == "output"}
     return Description(
         path=path,
         digest=digest,
@@ -130,6 +133,7 @@ def _description(path: Path, digest: str, told: Any, root: Any) -> Description:
         states=told.numberOfContinuousStates,
         indicators=told.numberOfEventIndicators,
         tolerance=float(told.defaultExperiment.tolerance) if _has_tolerance(told) else None,
+        validity=outputs[validity].name if validity in outputs and not outputs[validity].shape else "",
     )
 
 
@@ -161,16 +165,17 @@ def _interfaces(told: Any, fmi: int, root: Any) -> Iterable[Interface]:
         )
 
 
-def _annotated(root: Any) -> tuple[dict[str, tuple[int, ...]], dict[str, str]]:
-    """Shapes and frames of ports, where Towline exported the FMU."""
-    shapes, frames = {}, {}
+def _annotated(root: Any) -> tuple[dict[str, tuple[int, ...]], dict[str, str], str]:
+    """Shapes and frames of ports, and the validity's name, where Towline exported the FMU."""
+    shapes, frames, validity = {}, {}, ""
     for holder in (*root.iter("Tool"), *root.iter("Annotation")):
         if "towline" in (holder.get("name"), holder.get("type")):
+            validity = next((ports.get("validity", "") for ports in holder.iter("Ports")), "")
             for port in holder.iter("Port"):
                 name = port.get("name", "")
                 shapes[name] = tuple(int(length) for length in port.get("shape", "").split())
                 frames[name] = port.get("frame", "")
-    return shapes, frames
+    return shapes, frames, validity
 
 
 def _variables(

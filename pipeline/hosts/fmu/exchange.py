@@ -56,6 +56,11 @@ class Solver(CVodeSolver):
             maxNumSteps=MOST_STEPS,
         )
 
+    def __del__(self) -> None:
+        """Free CVode, if it came to that before the FMU refused its states."""
+        if hasattr(self, "cvode_mem"):
+            super().__del__()
+
     def f(self, t: float, y: Any, ydot: Any, user_data: Any) -> int:
         """Derivatives; one that the FMU discards makes CVode try a shorter step."""
         return self._guarded(super().f, t, y, ydot, user_data)

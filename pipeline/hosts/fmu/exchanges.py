@@ -61,6 +61,14 @@ class Exchange:
         """What its buffer holds, of the FMU's type."""
         return list(self.arrays[VALUES])
 
+    def hold(self, u: np.ndarray) -> None:
+        """Have its buffer hold the inputs (n_u,), as the compiled step does."""
+        numbers = u[self.places]
+        if self.arrays[CONVERTS]:
+            numbers = (numbers - self.arrays[OFFSETS]) / self.arrays[FACTORS]
+        whole = not self.variables[0].kind.is_real
+        self.arrays[VALUES][:] = [int(number) for number in numbers] if whole else numbers.tolist()
+
     def port_at(self, element: int) -> str:
         """The name of a value, `nodes[2,1]` counted from 0 as ports are."""
         for port in self.ports:
@@ -117,9 +125,11 @@ class Table:
         return u
 
     def note_inputs(self, u: np.ndarray) -> None:
-        """Note the inputs that the FMU has now, for those that are set in event mode."""
+        """Note the inputs that the FMU has now; event mode sets those that rest again with any that changes."""
         for one in self.sets:
             one.arrays[BEFORE][:] = u[one.places]
+            if one.is_discrete:
+                one.hold(u)
 
 
 def _exchanges(ports: Sequence[tuple[Variable, Port]], when: str) -> list[Exchange]:

@@ -203,8 +203,8 @@ class Instance(FmuHost):
         kind = exchange.variables[0].kind
         if status == NOT_WHOLE:
             value = self._vectors[1][exchange.places[element]]
-            low, high = int(LOW[kind.code]), int(HIGH[kind.code])
-            takes = "0 or 1" if kind.is_boolean else f"whole numbers from {low} to {high}"
+            takes = "0 or 1" if kind.is_boolean else f"whole numbers from {LOW[kind.code]:.0f} to {HIGH[kind.code]:.0f}"
+            takes = f"numbers up to {HIGH[kind.code]:.3g}" if kind.is_real else takes
             return (
                 f"its input {exchange.port_at(element)} is {value:.17g}, and the FMU takes {takes} there ({kind.name})"
             )

@@ -109,6 +109,8 @@ def put(code, address, i, value):
         store_double(address, i, value)
         return True
     if code == FLOAT32:
+        if not (LOW[code] <= value <= HIGH[code]):
+            return False
         store_float(address, i, value)
         return True
     if not (value == np.floor(value) and LOW[code] <= value <= HIGH[code]):

@@ -9,9 +9,10 @@ from typing import Any
 EXACT = 2.0**53  # float64 holds every whole number up to here
 
 (FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, UINT64, BOOL8, BOOL32) = range(12)
-# What a value must lie between to be set, by code; those of the floats are not asked for.
-LOW = (0.0, 0.0, -128.0, 0.0, -32768.0, 0.0, -(2.0**31), 0.0, -EXACT, 0.0, 0.0, 0.0)
-HIGH = (0.0, 0.0, 127.0, 255.0, 32767.0, 65535.0, 2.0**31 - 1, 2.0**32 - 1, EXACT, EXACT, 1.0, 1.0)
+LARGEST_FLOAT32 = (2.0 - 2.0**-23) * 2.0**127
+# What a value must lie between to be set, by code; a float64 is not asked for.
+LOW = (0.0, -LARGEST_FLOAT32, -128.0, 0.0, -32768.0, 0.0, -(2.0**31), 0.0, -EXACT, 0.0, 0.0, 0.0)
+HIGH = (0.0, LARGEST_FLOAT32, 127.0, 255.0, 32767.0, 65535.0, 2.0**31 - 1, 2.0**32 - 1, EXACT, EXACT, 1.0, 1.0)
 
 
 @dataclass(frozen=True)

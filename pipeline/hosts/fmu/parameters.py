@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import ceil, floor
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -10,7 +11,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, create_model
 
 from components.contract import Parameters, choice, quantity
 from pipeline.hosts.fmu.description import Description, FmuError
-from pipeline.hosts.fmu.kinds import HIGH, INT64, LOW, UINT64
+from pipeline.hosts.fmu.kinds import FLOAT32, HIGH, INT64, LOW, UINT64
 from pipeline.hosts.fmu.variables import Variable
 
 WIDE = {INT64: (-(2**63), 2**63 - 1), UINT64: (0, 2**64 - 1)}  # a parameter is set as it is, not by way of a float64
@@ -90,16 +91,26 @@ def _type(one: Variable) -> Any:
     if one.kind.is_boolean:
         return bool
     if one.kind.is_real:
-        return Annotated[float, Field(ge=one.low, le=one.high)]
+        low, high = _reals(one)
+        return Annotated[float, Field(ge=low, le=high)]
     low, high = WIDE.get(one.kind.code, (LOW[one.kind.code], HIGH[one.kind.code]))
     if is_tunable(one):
         low, high = LOW[one.kind.code], HIGH[one.kind.code]
-    low, high = max(int(low), int(one.low or low)), min(int(high), int(one.high or high))
+    low = int(low) if one.low is None else max(int(low), ceil(one.low))
+    high = int(high) if one.high is None else min(int(high), floor(one.high))
     whole = Annotated[int, Field(ge=low, le=high)]
     if not one.items:
         return whole
     numbers = dict(one.items)
     return Annotated[int, Field(ge=low, le=high), BeforeValidator(lambda value: _item(value, numbers))]
+
+
+def _reals(one: Variable) -> tuple[float | None, float | None]:
+    """Bounds of a floating-point number in SI: the FMU's, or those of a Float32 where it tells none."""
+    if one.kind.code != FLOAT32:
+        return one.low, one.high
+    low, high = sorted((one.unit.to_si(LOW[FLOAT32]), one.unit.to_si(HIGH[FLOAT32])))
+    return low if one.low is None else one.low, high if one.high is None else one.high
 
 
 def _nested(kind: Any, one: Variable, shape: tuple[int, ...]) -> Any:

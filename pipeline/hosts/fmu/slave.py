@@ -69,6 +69,9 @@ class Slave(Instance):
             if terminates:
                 raise FmuError(f"{self.file} ends the simulation{library.last_words()}")
             last_s = float(self._table.last[0]) if is_early or status == DISCARD else end_s
+            if not -REACHED_NS <= (last_s - at_s) * 1e9 <= (end_s - at_s) * 1e9 + REACHED_NS:
+                text = f"{self.file} says that its step from {at_s:.9g} s to {end_s:.9g} s ended at {last_s:.9g} s"
+                raise FmuError(f"{text}{library.last_words()}")
             if needs_event:
                 library.meet_event(lambda: None)
                 return max(last_s, at_s)
