@@ -53,6 +53,7 @@ class Host:
     limit_s: float | None
     process: Process | None = None
     expected: str = ""  # the name under which its local process offers itself
+    former: set[str] = field(default_factory=set)  # those of processes that were given up
     address: tuple[str, str] | None = None
     incarnation: int = 0
     is_ready: bool = False
@@ -167,7 +168,7 @@ class Hosts:
     def _appeared(self, name: str, process: str) -> None:
         """Give a process that offers itself its sections, if it is the one awaited."""
         host = self._by_name.get(name)
-        if host is None:
+        if host is None or process in host.former:
             return
         if host.limit_s is None and (process != host.expected or host.address is not None):
             self.tell(f"another process offers itself as {name}: ignored")
@@ -368,6 +369,7 @@ class Hosts:
         written = host.process.collect().strip().splitlines()
         last_words = f"; its last words: {written[-1].strip()[:200]}" if written else ""
         host.process = None
+        host.former.add(host.expected)
         what = f"host {host.name} ({_names(host)}) {why}{_at(host)}"
         if host.deaths >= DEATHS:
             overdue = "; a step that takes longer needs `overdue:`" if "answered" in why else ""

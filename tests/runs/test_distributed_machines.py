@@ -20,7 +20,7 @@ import pytest
 
 from pipeline.bus.local import LocalBus
 from pipeline.bus.messages import ASSIGN, pack, unpack
-from pipeline.bus.zenoh import VANISHED, Address, Change
+from pipeline.bus.zenoh import APPEARED, VANISHED, Address, Change
 from pipeline.distributed import Distributed
 from pipeline.errors import HostError
 from pipeline.hosts.deployment import BusOptions, InProcess
@@ -227,6 +227,21 @@ def test_another_machine_of_that_name(lost, tmp_path, monkeypatch):
         assert bus.attached == bus.cranes[1]
         assert "host crane is back" in said
     assert "another process offers itself as crane: it is kept for when this one goes" in said
+
+
+def test_process_that_was_given_up_is_no_stranger(tmp_path, monkeypatch):
+    """A conductor that was stopped for a while finds its processes gone, and back before they are killed."""
+    scenario, said, bus = scenario_of(), [], TwoCranes()
+    local = run(scenario, tmp_path / "local.mcap", None)
+
+    def stop(simulated_s: float) -> None:
+        if simulated_s > 0.5 and not any("died" in line for line in said):
+            first = next(process for host, process in bus._hosts if host == "a")
+            bus._changes.extend(Change(kind, "a", first) for kind in (VANISHED, APPEARED))
+
+    result = by(bus, scenario, monkeypatch, said)(tmp_path / "a.mcap", Options(slice_ticks=10), stop)
+    assert result.digest == local.digest
+    assert not any("another process offers itself as a" in line for line in said)
 
 
 def test_machine_gives_a_dead_conductor_up(endpoint, tmp_path):
