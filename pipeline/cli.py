@@ -7,11 +7,11 @@ import importlib
 import json
 import os
 import re
-import signal
 import sys
 from collections.abc import Sequence
-from typing import Any, TextIO
+from typing import TextIO
 
+from pipeline import interrupts
 from pipeline.errors import TowlineError
 
 _NEGATIVE = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)
@@ -56,37 +56,34 @@ def _wanted(arguments: Sequence[str]) -> str | None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns 0 fine, 1 failed, 2 usage, 130 interrupted."""
     words = [_as_value(word) for word in (sys.argv[1:] if arguments is None else arguments)]
-    wanted = _wanted(words)
-    parsed = _parser(wanted).parse_args(words)
-    signal.signal(signal.SIGTERM, _terminate)
+    is_json, is_debug = "--json" in words, "--debug" in words  # also where an interrupt comes before they are parsed
+    interrupts.begin()
     try:
+        parsed = _parser(_wanted(words)).parse_args(words)
+        is_json, is_debug = parsed.json, parsed.debug
         return importlib.import_module(f"pipeline.commands.{parsed.command}").command(parsed)
     except TowlineError as error:
-        if parsed.debug:
+        if is_debug:
             raise
-        report(str(error), parsed.json)
+        report(str(error), is_json)
         return FAILED
     except KeyboardInterrupt:
-        report("interrupted", parsed.json)
+        report("interrupted", is_json)
         return INTERRUPTED
     except BrokenPipeError:
         _silence(sys.stdout)
         _silence(sys.stderr)
         return FAILED
     except Exception as error:
-        if parsed.debug:
+        if is_debug:
             raise
-        report(f"towline itself failed: {type(error).__name__}: {error} (--debug shows where)", parsed.json)
+        report(f"towline itself failed: {type(error).__name__}: {error} (--debug shows where)", is_json)
         return FAILED
 
 
 def _as_value(word: str) -> str:
     """A negative quantity such as -1% with a space before: it is no option then, and its command says what is wrong."""
     return f" {word}" if _NEGATIVE.match(word) else word
-
-
-def _terminate(_number: int, _frame: Any) -> None:
-    raise KeyboardInterrupt
 
 
 def report(message: str, as_json: bool) -> None:

@@ -9,10 +9,12 @@ from itertools import groupby
 
 import numpy as np
 
+from pipeline import interrupts
 from pipeline.bus.messages import INITIALISE, STEP, STOPPED
 from pipeline.conductor import Conductor
 from pipeline.errors import HostError
 from pipeline.graph import Graph, execution_order
+from pipeline.hosts.assignment import to_json
 from pipeline.hosts.deployment import Deployment
 from pipeline.hosts.lengths import lengths, pack_saved, unpack_saved
 from pipeline.hosts.supervisor import Host, Hosts
@@ -56,6 +58,8 @@ class Distributed(Conductor):
 
     def __init__(self, graph: Graph, placement: Placement, deployment: Deployment):
         """Compile everything; hosts are started by open(). Raises HostError."""
+        sections = cut(graph, placement.hosts)
+        self._assignments = {one.host: to_json(s for s in sections if s.host == one.host) for one in sections}
         if set(placement.hosts) - set(placement.limits_s):
             deployment.prepare()
         self._deployment = deployment
@@ -65,7 +69,7 @@ class Distributed(Conductor):
             deployment.close()
             raise
         self._run = secrets.randbits(64)
-        self._parts = [self._part(section) for section in cut(graph, placement.hosts)]
+        self._parts = [self._part(section) for section in sections]
         self._stages = [list(parts) for _, parts in groupby(self._parts, key=lambda part: part.link.section.stage)]
         self._are_due_always = all(part.link.section.is_due_always for part in self._parts)
         self._delayed_to, self._delayed_from = (_Numbers(self._tables.board, self._delayed(i)) for i in (0, 1))
@@ -150,10 +154,12 @@ class Distributed(Conductor):
 
     def open(self) -> None:
         """Start the hosts, and wait until all are ready. Raises HostError."""
-        names = list(dict.fromkeys(part.link.section.host for part in self._parts))
-        bus, hosts = self._deployment.open(self._run), [self._host(name) for name in names]
+        hosts = [self._host(name) for name in self._assignments]
+        with interrupts.held() as raise_if_interrupted:  # an open session keeps the process from ending
+            bus = self._deployment.open(self._run)
+            self._hosts = Hosts(self._run, hosts, bus, self._deployment, self._note, lambda: self.poll())
+            raise_if_interrupted()
         self.channels = bus.channels
-        self._hosts = Hosts(self._run, hosts, bus, self._deployment, self._note, lambda: self.poll())
         self._hosts.start()
 
     def _host(self, name: str) -> Host:
@@ -161,7 +167,7 @@ class Distributed(Conductor):
         overdue_s = {
             link.section.number: max(self._placement.overdue_s[i] for i in link.section.nodes) for link in links
         }
-        return Host(name, links, overdue_s, self._placement.limits_s.get(name))
+        return Host(name, links, self._assignments[name], overdue_s, self._placement.limits_s.get(name))
 
     def _advance_to(self, until: int) -> None:
         """Tick by tick to `until`; returns early where a component or a host stops the run, or at an interrupt."""

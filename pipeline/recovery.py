@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import cache
-from tempfile import TemporaryFile
+from itertools import accumulate
+from tempfile import TemporaryFile, gettempdir
 from typing import IO
 
 from pipeline.bus.messages import RESTORE, SETTINGS, STATE, STOPPED, WANT_STATE, Message, pack, pack_parts, readdressed
+from pipeline.errors import HostError
 from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.hosts.lengths import Lengths
 from pipeline.sections import Section
@@ -37,18 +40,23 @@ class Tape:
         return self._file.read(self._ends[i + 1] - self._ends[i])
 
     def append(self, data: bytes) -> None:
-        """Add one."""
+        """Add one. Raises HostError where it cannot be kept."""
         self._recent.append(data)
         self._bytes += len(data)
         if self._bytes > TAPE_BYTES:
             self._spill()
 
     def _spill(self) -> None:
-        self._file = self._file or TemporaryFile()  # noqa: SIM115 - closed by clear()
-        self._file.seek(self._ends[-1])
-        for data in self._recent:
-            self._file.write(data)
-            self._ends.append(self._ends[-1] + len(data))
+        ends = [*accumulate(map(len, self._recent), initial=self._ends[-1])]
+        try:
+            self._file = self._file or TemporaryFile()  # noqa: SIM115 - closed by clear()
+            self._file.seek(ends[0])
+            self._file.writelines(self._recent)
+            self._file.flush()
+        except OSError as error:
+            text = "cannot keep what a host that is started again would need"
+            raise HostError(f"{text}, in {gettempdir()}: {error.strerror}; TMPDIR names another folder") from error
+        self._ends += ends[1:]
         self._recent, self._bytes = [], 0
 
     def clear(self) -> None:
@@ -56,7 +64,8 @@ class Tape:
         self._recent.clear()
         self._bytes = 0
         if self._file is not None:
-            self._file.close()
+            with suppress(OSError):  # of what could not be written
+                self._file.close()
             self._file, self._ends = None, [0]
 
 
@@ -129,6 +138,8 @@ class Link:
         if sequence != self.answered + 1 or sequence > self.sequence:
             return False
         if len(message.numbers) != self._bytes_of_reply(flags):
+            return False
+        if flags & STOPPED and not 0 <= message.failed < len(self.section.nodes):
             return False
         self.answered, self.reply = sequence, message
         if flags & (STATE | STOPPED) == STATE and sequence == self.sequence:

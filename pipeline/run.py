@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn, Self
 
 import numpy as np
 
+from pipeline import interrupts
 from pipeline.conductor import BOND_PORTS, Conductor
 from pipeline.coupling import refuse_unstable
 from pipeline.digest import Digest
@@ -113,34 +112,6 @@ def channels(graph: Graph) -> list[ChannelSpec]:
     return nodes + [ChannelSpec(f"bond/{bond.name}", BOND_PORTS, {"kind": "bond"}) for bond in graph.bonds]
 
 
-@contextmanager
-def interrupts_between_slices() -> Iterator[Callable[[], None]]:
-    """Hold SIGINT and SIGTERM back, so that they never fall into a write; yields what raises KeyboardInterrupt.
-
-    A second one is not held back: a component that never returns can be left.
-    """
-    came: list[int] = []
-
-    def note(number: int, _frame: object) -> None:
-        came.append(number)
-        if len(came) > 1:
-            raise KeyboardInterrupt
-
-    def raise_if_interrupted() -> None:
-        if came:
-            raise KeyboardInterrupt
-
-    if threading.current_thread() is not threading.main_thread():
-        yield raise_if_interrupted
-        return
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield raise_if_interrupted
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
 class Run:
     """A run in progress; a context manager that leaves a whole log, or one that says it is not whole."""
 
@@ -197,13 +168,14 @@ class Run:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         """A run that ends, stops itself or is interrupted closes its log; any other failure leaves it unfinished."""
-        self._watch.end()
-        try:
-            self._end(kind, error)
-        finally:
-            self.conductor.close()
-            for line in self.conductor.written.splitlines():
-                self._options.tell(line)
+        with interrupts.held():
+            self._watch.end()
+            try:
+                self._end(kind, error)
+            finally:
+                self.conductor.close()
+                for line in self.conductor.written.splitlines():
+                    self._options.tell(line)
 
     def _end(self, kind: type[BaseException] | None, error: BaseException | None) -> None:
         if kind is None:
@@ -234,6 +206,7 @@ class Run:
 
     def open(self) -> None:
         """Have all hosts ready, if there are any, and channels on their bus. Raises HostError."""
+        interrupts.raise_if_lost()
         self.conductor.open()
         if self.conductor.channels is not None:
             self._recorder.publish(self.conductor.channels)
@@ -242,9 +215,11 @@ class Run:
         """Initialise every component at t0, which is a block of its own, and make the first snapshot."""
         self.conductor.initialise()
         self._has_started = True
-        self._hand_over()
-        self.digest.end_block()
-        self._snapshot()
+        with interrupts.held() as raise_if_interrupted:
+            self._hand_over()
+            self.digest.end_block()
+            self._snapshot()
+            raise_if_interrupted()
 
     def resume(self, snapshot: Snapshot, lead: Callable[[], None] = lambda: None) -> None:
         """Go on from a snapshot, and note it; the caller has copied the rows up to it. Raises HostError.
@@ -275,8 +250,9 @@ class Run:
 
     def go(self, until: int, progress: Progress) -> None:
         """Run to tick `until`, calling progress(simulated seconds) after each slice. Raises StepError."""
+        interrupts.raise_if_lost()
         self.pacing.begin(self.conductor.tick)
-        with interrupts_between_slices() as raise_if_interrupted:
+        with interrupts.held() as raise_if_interrupted:
             self.conductor.poll = raise_if_interrupted
             for _ in self.conductor.run(until, lambda: self.pacing.slice_ticks or self._options.slice_ticks):
                 self._hand_over()

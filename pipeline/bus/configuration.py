@@ -36,7 +36,8 @@ def configuration(listen: Sequence[str], connect: Sequence[str], file: Path | No
     """Peers at explicit endpoints: no scouting, no gossip, no shared memory (killed processes would leave segments).
 
     file: a zenoh configuration (JSON5 or YAML) with what else there is to say: TLS, user and password, access control.
-    Files that it names are relative to it. Raises HostError if it cannot be read, or names files that cannot.
+    Files that it names are relative to it. Raises HostError if it cannot be read, or names files that cannot, and
+    where an endpoint is none.
     """
     config = _read(file) if file else zenoh.Config()
     settings = {
@@ -52,7 +53,10 @@ def configuration(listen: Sequence[str], connect: Sequence[str], file: Path | No
         "transport/shared_memory/enabled": False,
     }
     for key, value in settings.items():
-        config.insert_json5(key, json.dumps(value))
+        try:
+            config.insert_json5(key, json.dumps(value))
+        except zenoh.ZError as error:
+            raise HostError(f"{json.dumps(value)}: no endpoints; expected such as tcp/10.0.0.1:7447") from error
     return config
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from itertools import count
 
 from pipeline.bus.zenoh import APPEARED, Address, Change
 from pipeline.hosts.serving import Serving
@@ -35,10 +36,11 @@ class LocalBus:
         self._hosts: dict[Address, Serving] = {}
         self._replies: dict[Address, deque[bytes]] = {}
         self._changes: deque[Change] = deque()
+        self._numbers = count()
 
     def start(self, host: str) -> tuple[str, _Inside]:
         """Have a host that offers itself."""
-        process = str(len(self._hosts))
+        process = str(next(self._numbers))
         self._hosts[host, process] = Serving(host)
         self._replies[host, process] = deque()
         self._changes.append(Change(APPEARED, host, process))

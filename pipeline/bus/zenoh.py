@@ -20,6 +20,7 @@ APPEARED, VANISHED = "appeared", "vanished"
 _OFFERS = "towline/host"  # liveliness tokens of processes that offer themselves, NAME/PROCESS below it
 _CONDUCTORS = "towline/run"  # liveliness tokens of conductors, by run
 _TO_HOSTS, _FROM_HOSTS = "towline/in", "towline/out"  # NAME/PROCESS below them, and the conductor's below the first
+LED_S = 5.0  # wall time that a host waits to hear whether the conductor that it follows is still there
 _NOBODY = "towline/nobody"  # where the conductor waits while no process is attached
 
 Address = tuple[str, str]  # a host's name and its process's
@@ -181,8 +182,9 @@ class HostBus:
             self.is_led = sample.kind == zenoh.SampleKind.PUT
 
         self._hear(self._heard)
-        self.is_led = True
-        self._conductor = self._session.liveliness().declare_subscriber(f"{_CONDUCTORS}/{run:016x}", note, history=True)
+        key, liveliness = f"{_CONDUCTORS}/{run:016x}", self._session.liveliness()
+        self.is_led = any(reply.ok is not None for reply in liveliness.get(key, timeout=LED_S))
+        self._conductor = liveliness.declare_subscriber(key, note, history=True)
 
     def leave(self) -> None:
         """Hear any conductor."""

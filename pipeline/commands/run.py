@@ -10,6 +10,7 @@ from pathlib import Path
 from pipeline.commands.explain import print_terms, terms
 from pipeline.commands.output import BUS_CONFIG_HELP, console, leave, print_json, progress_bar, say_compiling
 from pipeline.commands.summary import print_summary
+from pipeline.errors import TowlineError
 from pipeline.hosts.deployment import ENDPOINT, BusOptions
 from pipeline.keyboard import keyboard
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, COMPRESSIONS
@@ -76,8 +77,10 @@ def _bytes(text: str) -> int:
 
 
 def bus_of(arguments: argparse.Namespace, scenario: Scenario) -> BusOptions | None:
-    """The bus that was asked for; None for this process alone."""
+    """The bus that was asked for; None for this process alone. Raises TowlineError for vain options."""
     if (arguments.bus or scenario.bus) == "local":
+        if arguments.listen or arguments.bus_config:
+            raise TowlineError("--listen and --bus-config need --bus zenoh")
         return None
     default = [ENDPOINT] if scenario.hosts.machines else []
     return BusOptions(tuple(arguments.listen or default), arguments.bus_config)

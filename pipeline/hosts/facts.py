@@ -29,6 +29,12 @@ def own() -> Facts:
     return {**packages, "sources": cache.source_hash()[:16], LIBM: libm_probe(), **here}
 
 
+def refusal_of_edits(name: str) -> list[str]:
+    """What keeps this process out where its sources were edited since own() took note of them: it may hold both."""
+    then, now = own()["sources"], cache.source_hash.__wrapped__()[:16]
+    return [] if then == now else [f"sources: {then} when {name} was started, {now} now; start it again"]
+
+
 def _version(package: str) -> str:
     try:
         return version(package)

@@ -19,6 +19,7 @@ from pipeline.errors import HostError
 
 _ROOT = Path(components.__file__).parent.parent
 READY_S = 60.0  # wall time that the nursery may take to import everything
+FORK_S = 5.0  # the same until it has forked a host, once it has answered
 TRIES = 3  # of starting a host, should somebody kill the nursery meanwhile
 POLL_S = 0.05  # between looks whether the nursery is still there
 
@@ -57,6 +58,7 @@ class Nursery:
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
         self._socket: socket.socket | None = None
+        self._limit_s = READY_S
 
     def open(self) -> None:
         """Start it; it imports in the meantime. Raises HostError."""
@@ -74,7 +76,7 @@ class Nursery:
             raise HostError(f"cannot start a process for hosts: {error}") from error
         finally:
             its.close()
-        self._socket = ours
+        self._socket, self._limit_s = ours, READY_S
 
     def start(self, host: str, secret: str, endpoint: str, config: Path | None, *, is_sealed: bool) -> LocalProcess:
         """A host that offers itself at the endpoint, with the identity of this secret. Raises HostError."""
@@ -86,7 +88,7 @@ class Nursery:
                 self.open()
             try:
                 return self._ask(json.dumps(wanted).encode())
-            except (OSError, ValueError) as error:  # it has been killed meanwhile
+            except (OSError, ValueError) as error:  # it has been killed or stopped meanwhile
                 self.close()
                 if not left:
                     raise HostError(f"the process that starts hosts fails: {error}") from error
@@ -98,8 +100,9 @@ class Nursery:
         output = TemporaryFile()  # noqa: SIM115 - closed by collect()
         try:
             socket.send_fds(self._socket, [wanted], [output.fileno()])
-            _await_answer(self._socket)
+            _await_answer(self._socket, self._limit_s)
             pid, (descriptor,), _, _ = socket.recv_fds(self._socket, 64, 1)
+            self._limit_s = FORK_S
         except BaseException:
             output.close()
             raise
@@ -120,9 +123,9 @@ def source_path() -> str:
     return os.pathsep.join(filter(None, (str(_ROOT), os.environ.get("PYTHONPATH"))))
 
 
-def _await_answer(link: socket.socket) -> None:
+def _await_answer(link: socket.socket, limit_s: float) -> None:
     """Raises OSError where none comes."""
-    until = time.monotonic() + READY_S
+    until = time.monotonic() + limit_s
     while not select.select([link], [], [], POLL_S)[0]:
         if time.monotonic() > until:
-            raise TimeoutError(f"it did not answer within {READY_S:g} s")
+            raise TimeoutError(f"it did not answer within {limit_s:g} s")

@@ -34,11 +34,11 @@ def main() -> None:
             data, descriptors, _, _ = socket.recv_fds(conductor, REQUEST_BYTES, 1)
             if not data:
                 return
-            wanted = json.loads(data)
+            wanted, nursery = json.loads(data), os.getpid()
             pid = os.fork()
             if pid == 0:
                 conductor.close()
-                _become_host(wanted, descriptors[0])
+                become_host(wanted, descriptors[0], nursery)
             descriptor = os.pidfd_open(pid)
             os.close(descriptors[0])
             socket.send_fds(conductor, [str(pid).encode()], [descriptor])
@@ -68,15 +68,15 @@ def _import() -> None:
     native_loop.prepare(memory.tables, memory.inits)
 
 
-def _become_host(wanted: dict[str, str], output: int) -> None:
-    """In the child: serve, and never return."""
+def become_host(wanted: dict[str, str], output: int, nursery: int) -> None:
+    """In the child of the nursery of that id: serve while it is there, and never return."""
     status = 1
     try:
         for standard in (1, 2):
             os.dup2(output, standard)
         sys.stdout, sys.stderr = (os.fdopen(standard, "w", buffering=1) for standard in (1, 2))
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        if die_with(os.getppid()):
+        if die_with(nursery):
             from pipeline.hosts.process import serve
 
             config = Path(wanted["config"]) if wanted["config"] else None

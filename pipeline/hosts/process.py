@@ -9,6 +9,7 @@ from pathlib import Path
 from pipeline.bus.identity import Identity
 from pipeline.bus.tls import refusals
 from pipeline.bus.zenoh import HostBus
+from pipeline.hosts import facts
 from pipeline.hosts.serving import Serving
 
 ASK_S = 2.0  # between questions why nobody has work for this host
@@ -29,6 +30,7 @@ def serve(
 
     secret: of its identity on the bus, a new one unless given.
     """
+    facts.own()  # of what is imported by now
     bus = HostBus(name, connect, Identity(secret), config, look_s=POLL_S, is_sealed=is_sealed)
     serving = Serving(name)
     try:

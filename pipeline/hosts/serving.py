@@ -106,7 +106,7 @@ class Serving:
         reasons: list[str] = []
         try:
             wanted = json.loads(message.text)
-            reasons = facts.refusals(wanted["facts"], facts.own(), self.name)
+            reasons = facts.refusals(wanted["facts"], facts.own(), self.name) or facts.refusal_of_edits(self.name)
             if not reasons:
                 self._take_up(wanted)
         except (AssignmentError, TowlineError) as error:

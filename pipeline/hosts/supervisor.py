@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from typing import Any
 
 from pipeline.bus.messages import (
     ASSIGN,
@@ -23,7 +24,6 @@ from pipeline.bus.messages import (
 from pipeline.bus.zenoh import APPEARED, Change
 from pipeline.errors import HostError
 from pipeline.hosts import facts
-from pipeline.hosts.assignment import to_json
 from pipeline.hosts.deployment import Bus, Deployment, Process
 from pipeline.recovery import Link
 
@@ -42,15 +42,18 @@ Request = tuple[int, bytes, bool]  # section, numbers, whether it is the last of
 class Host:
     """One host as the conductor knows it. limit_s: None for a process of this machine.
 
+    sections: as they are assigned; made once, so that a host started again refuses a file model edited meanwhile.
     address: of the process that is attached. waited_s: since it last gave a sign, while something is awaited of it.
     """
 
     name: str
     links: list[Link]
+    sections: list[dict[str, Any]]
     overdue_s: dict[int, float]  # by section
     limit_s: float | None
     process: Process | None = None
     expected: str = ""  # the name under which its local process offers itself
+    former: set[str] = field(default_factory=set)  # those of processes that were given up
     address: tuple[str, str] | None = None
     incarnation: int = 0
     is_ready: bool = False
@@ -83,6 +86,7 @@ class Hosts:
     _by_name: dict[str, Host] = field(default_factory=dict)
     _places: dict[int, tuple[Host, Link]] = field(default_factory=dict)  # by section
     _by_address: dict[tuple[str, str], Host] = field(default_factory=dict)
+    _others: dict[str, list[str]] = field(default_factory=dict)  # processes that offer themselves for a taken machine
     _looked: float = 0.0
 
     def start(self) -> None:
@@ -158,17 +162,25 @@ class Hosts:
             self._appeared(name, process)
         elif host is not None:
             self._vanished(host)
+        elif process in self._others.get(name, ()):
+            self._others[name].remove(process)
 
     def _appeared(self, name: str, process: str) -> None:
         """Give a process that offers itself its sections, if it is the one awaited."""
         host = self._by_name.get(name)
-        if host is None:
+        if host is None or process in host.former:
             return
-        is_other = process != host.expected if host.limit_s is None else False
-        if is_other or host.address is not None:
+        if host.limit_s is None and (process != host.expected or host.address is not None):
             self.tell(f"another process offers itself as {name}: ignored")
-            return
-        host.address = name, process
+        elif host.address is not None:
+            self._others.setdefault(name, []).append(process)
+            self.tell(f"another process offers itself as {name}: it is kept for when this one goes")
+        else:
+            self._attach(host, process)
+
+    def _attach(self, host: Host, process: str) -> None:
+        """Have this process be the host from now on."""
+        host.address = name, _ = host.name, process
         self._by_address[host.address] = host
         self.bus.attach(name, process)
         host.incarnation += 1
@@ -183,7 +195,7 @@ class Hosts:
         wanted = {
             "facts": dict(facts.own()),
             "limit_s": host.limit_s or 0.0,
-            "sections": to_json(link.section for link in host.links),
+            "sections": host.sections,
         }
         host.repeated_s = 0.0
         message = Message(ASSIGN, self.run, host.incarnation, text=json.dumps(wanted).encode())
@@ -196,6 +208,8 @@ class Hosts:
         self._detach(host)
         host.waited_s = 0.0
         self.tell(f"host {host.name} is away{_at(host)}: waiting for it, up to {host.limit_s:g} s")
+        if others := self._others.get(host.name):
+            self._attach(host, others.pop(0))
 
     def _detach(self, host: Host) -> None:
         if host.address is not None:
@@ -213,14 +227,11 @@ class Hosts:
             host.refused += 1  # of an incarnation that is no more
         elif message.kind == DONE:
             self._done(host, message)
-        elif message.kind == READY and not host.is_ready:
-            self._ready(host, message)
-        elif message.kind == REFUSED:
-            reasons = "; ".join(json.loads(message.text)["reasons"])
-            raise HostError(f"host {host.name} cannot take part: {reasons}")
+        elif message.kind in (READY, REFUSED):
+            self._take_decision(host, message)
         elif message.kind == OUT_OF_ORDER and host.is_ready:
             self._out_of_order(host, message)
-        elif message.kind != READY:
+        else:
             host.refused += 1
 
     def _strange(self, host: Host) -> None:
@@ -230,10 +241,22 @@ class Hosts:
             host.is_warned = True
             self.tell(f"somebody else sends in the name of host {host.name}: ignored and counted")
 
-    def _ready(self, host: Host, message: Message) -> None:
+    def _take_decision(self, host: Host, message: Message) -> None:
+        """Whether the host takes part; it says so again as often as it is asked. Raises HostError where it does not."""
+        said = _said(message)
+        if said is None:
+            self._strange(host)
+            return
+        its_facts, reasons = said
+        if message.kind == REFUSED:
+            raise HostError(f"host {host.name} cannot take part: {'; '.join(reasons)}")
+        if not host.is_ready:
+            self._ready(host, its_facts)
+
+    def _ready(self, host: Host, its_facts: facts.Facts) -> None:
         """Restore what the host had done, and feed it the requests since."""
         assert host.address is not None
-        warning = facts.warning(facts.own(), json.loads(message.text)["facts"], host.name)
+        warning = facts.warning(facts.own(), its_facts, host.name)
         if warning and host.incarnation == 1:
             self.tell(warning)
         host.is_ready, host.waited_s = True, 0.0
@@ -256,10 +279,10 @@ class Hosts:
             self._heed_ignored(host, message.ignored)
         host.waited_s = host.repeated_s = 0.0
         host.is_late = False
-        if link.is_answered:
-            host.deaths = 0
-        else:
+        if not link.is_answered:
             self._ask_next(host, link)
+        elif host.deaths and not host.open:
+            host.deaths = 0
 
     def _heed_ignored(self, host: Host, ignored: int) -> None:
         """What the host says that it has ignored."""
@@ -314,7 +337,10 @@ class Hosts:
         is_preparing = host.address is not None and not host.is_ready
         if host.waited_s > (PREPARE_S if is_preparing else limit_s):
             waited = f"was waited for {host.waited_s:.0f} s{_at(host)}"
-            raise HostError(f"host {host.name} ({_names(host)}) {waited}; start it by towline host --name {host.name}")
+            remedy = f"start it by towline host --name {host.name}"
+            if host.address is not None:
+                remedy = "it is there and does not answer; what takes longer needs a longer `limit:`"
+            raise HostError(f"host {host.name} ({_names(host)}) {waited}; {remedy}")
         if host.is_ready and host.waited_s > overdue_s and not host.is_late:
             host.is_late = True
             host.late += 1
@@ -326,7 +352,7 @@ class Hosts:
         if not host.is_ready:
             self._assign(host)
             return
-        for link in host.open:
+        for link in host.open if host.limit_s is not None else ():
             self._ask_next(host, link)
 
     def _start(self, host: Host) -> None:
@@ -343,12 +369,22 @@ class Hosts:
         written = host.process.collect().strip().splitlines()
         last_words = f"; its last words: {written[-1].strip()[:200]}" if written else ""
         host.process = None
+        host.former.add(host.expected)
         what = f"host {host.name} ({_names(host)}) {why}{_at(host)}"
         if host.deaths >= DEATHS:
             overdue = "; a step that takes longer needs `overdue:`" if "answered" in why else ""
             raise HostError(f"{what}, {host.deaths} times in a row{last_words}{overdue}")
         self.tell(f"{what}{last_words}: started again")
         self._start(host)
+
+
+def _said(message: Message) -> tuple[dict[str, str], list[str]] | None:
+    """A host's facts, and what keeps it out; None where the message does not say that."""
+    try:
+        said = json.loads(message.text)
+        return dict(said["facts"]), [str(reason) for reason in said["reasons"]]
+    except (KeyError, TypeError, ValueError):
+        return None
 
 
 def _names(host: Host) -> str:

@@ -68,6 +68,19 @@ def test_a_host_closes_after_its_conductor(bus):
         host.close()
 
 
+@pytest.mark.parametrize(("run", "is_there"), [(7, True), (8, False)])
+def test_a_host_follows_whom_it_finds(run, is_there, bus):
+    """A conductor may have died while the host was compiling for it."""
+    host = HostBus("crane", [bus.endpoint], Identity(), look_s=0.05, is_sealed=False)
+    _, address = change(bus)
+    bus.attach(*address)
+    bus.send(address, b"to")
+    assert host.receive() == b"to"
+    host.follow(run)
+    assert host.is_led == is_there
+    host.close()
+
+
 def test_session_that_zenoh_cannot_close():
     """As it says where it gives up waiting."""
 

@@ -153,6 +153,18 @@ def test_another_make_is_refused_with_both_sides(graph, key):
     assert reasons(graph, {"facts": other}) == f"{key}: 0.0.1 at the conductor, {facts.own()[key]} at crane"
 
 
+def test_sources_edited_since_its_start_are_refused(graph, monkeypatch):
+    """It has imported some of them before, and would import others only now."""
+
+    def edited() -> str:
+        raise AssertionError
+
+    edited.__wrapped__ = lambda: "feed" * 16
+    monkeypatch.setattr(facts.cache, "source_hash", edited)
+    then = facts.own()["sources"]
+    assert reasons(graph, {}) == f"sources: {then} when crane was started, feedfeedfeedfeed now; start it again"
+
+
 def test_other_ports_are_refused_with_both_sides(graph):
     sections = json.loads(assignment(graph).text)["sections"]
     sections[0]["nodes"][0]["outputs"] = [["out_0", "1", [3], ""]]

@@ -7,6 +7,7 @@ import random
 import pytest
 
 from pipeline import recovery
+from pipeline.errors import HostError
 from pipeline.recovery import Tape
 
 
@@ -24,3 +25,13 @@ def test_kept_in_order_wherever_they_are(limit, monkeypatch):
         assert [tape[i] for i in range(len(kept))] == kept
         tape.clear()
         assert len(tape) == 0
+
+
+def test_full_disk(monkeypatch):
+    """The run can stop with its log whole. Authority: /dev/full."""
+    monkeypatch.setattr(recovery, "TAPE_BYTES", 10)
+    monkeypatch.setattr(recovery, "TemporaryFile", lambda: open("/dev/full", "w+b"))  # noqa: SIM115 - clear() closes
+    tape = Tape()
+    with pytest.raises(HostError, match=r"cannot keep what a host .* No space left on device; TMPDIR names another"):
+        tape.append(bytes(100))
+    tape.clear()

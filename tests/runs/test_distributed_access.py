@@ -29,7 +29,7 @@ from pipeline.wiring import build_graph
 
 ROOT = Path(__file__).parents[2]
 TEXT = """
-duration: 4 s
+duration: 2 s
 step: 10 ms
 hosts: {b: crane}
 machines: {crane: {limit: 30 s}}

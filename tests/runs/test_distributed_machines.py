@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -9,16 +10,23 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 
 import psutil
 import pytest
 
+from pipeline.bus.local import LocalBus
+from pipeline.bus.messages import ASSIGN, pack, unpack
+from pipeline.bus.zenoh import APPEARED, VANISHED, Address, Change
+from pipeline.distributed import Distributed
 from pipeline.errors import HostError
-from pipeline.hosts.deployment import BusOptions
-from pipeline.run import Options, run_scenario
+from pipeline.hosts.deployment import BusOptions, InProcess
+from pipeline.log.reader import open_log
+from pipeline.placement import placement_of
+from pipeline.run import Options, Result, run_scenario
 from pipeline.scenario import load_scenario_text
 from pipeline.wiring import build_graph
 
@@ -53,10 +61,9 @@ def endpoint() -> str:
 
 
 @contextmanager
-def machine(endpoint: str, *words: str, lead: str = "") -> Iterator[subprocess.Popen]:
-    """`towline host --name crane`; lead: Python that it runs first."""
-    code = f"{lead}\nimport sys\nfrom pipeline.cli import main\nsys.exit(main(sys.argv[1:]))"
-    command = [sys.executable, "-c", code, "host", "--connect", endpoint, "--name", "crane", *words]
+def machine(endpoint: str, *words: str) -> Iterator[subprocess.Popen]:
+    """`towline host --name crane`."""
+    command = [sys.executable, "-m", "pipeline.cli", "host", "--connect", endpoint, "--name", "crane", *words]
     child = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     try:
         yield child
@@ -66,98 +73,7 @@ def machine(endpoint: str, *words: str, lead: str = "") -> Iterator[subprocess.P
 
 
 def test_offered_host_takes_part_in_runs_one_after_another(endpoint, tmp_path):
-    """It stays for the next run, and Ctrl-C ends it with status 130."""
-    scenario = scenario_of()
-    local = run(scenario, tmp_path / "local.mcap", None)
-    with machine(endpoint) as crane:
-        for i in range(2):
-            result = run(scenario, tmp_path / f"{i}.mcap", BusOptions((endpoint,)))
-            assert result.digest == local.digest
-            assert result.hosts == {name: {"restarts": 0, "late": 0, "refused": 0} for name in ("a", "crane")}
-        crane.send_signal(signal.SIGINT)
-        _, err = crane.communicate(timeout=LIMIT_S)
-    assert crane.returncode == 130
-    assert err.splitlines() == [
-        f"towline: host crane: offers itself at {endpoint}",
-        *["towline: host crane: runs b", "towline: host crane: the run has ended"] * 2,
-        "towline: interrupted",
-    ]
-
-
-def test_another_make_is_refused_with_both_sides_named(endpoint, tmp_path):
-    lead = "import pipeline.hosts.facts as f; own = dict(f.own()); own['numba'] = '0.1'; f.own = lambda: own"
-    with (
-        machine(endpoint, lead=lead),
-        pytest.raises(HostError, match=r"host crane cannot take part: numba: .*") as error,
-    ):
-        run(scenario_of(), tmp_path / "a.mcap", BusOptions((endpoint,)))
-    assert "at the conductor, 0.1 at crane" in str(error.value)
-
-
-def test_another_libm_is_warned_of_in_log_and_terminal(endpoint, tmp_path):
-    from pipeline.log.reader import open_log
-
-    lead = "import pipeline.hosts.facts as f; own = dict(f.own()); own['libm'] = 'feed'; f.own = lambda: own"
-    said: list[str] = []
-    with machine(endpoint, lead=lead):
-        result = run(scenario_of(), tmp_path / "a.mcap", BusOptions((endpoint,)), said)
-    warning = [line for line in said if "rounds otherwise" in line]
-    assert len(warning) == 1
-    assert "feed at crane" in warning[0]
-    assert warning[0] in [text for _, text in open_log(result.log).events()]
-
-
-def test_host_that_never_comes_is_named(endpoint, tmp_path):
-    said: list[str] = []
-    with pytest.raises(HostError, match=r"host crane \(b\) was waited for .* start it by towline host --name crane"):
-        run(scenario_of(limit="500 ms"), tmp_path / "a.mcap", BusOptions((endpoint,)), said)
-    assert said == ["waiting for host crane (b), up to 0.5 s"]
-
-
-def test_killed_machine_is_waited_for_and_fed(endpoint, tmp_path):
-    """Another process takes its place: handshake, snapshot, the open request."""
-    scenario, said, stack = scenario_of(), [], []
-    local = run(scenario, tmp_path / "local.mcap", None)
-    with machine(endpoint) as first:
-
-        def replace_it(simulated_s: float) -> None:
-            if simulated_s > 0.5 and not stack:
-                first.kill()
-                stack.append(threading.Timer(0.5, lambda: stack.append(machine(endpoint)) or stack[-1].__enter__()))
-                stack[0].start()
-
-        result = run(scenario, tmp_path / "a.mcap", BusOptions((endpoint,)), said, replace_it)
-        stack[1].__exit__(None, None, None)
-    assert result.digest == local.digest
-    assert result.hosts["crane"]["restarts"] == 1
-    assert any("host crane is away in its step at t = " in line for line in said)
-    assert "host crane is back" in said
-
-
-def test_machine_that_does_not_come_back_is_named_with_its_step(endpoint, tmp_path):
-    """The run stops after the machine's limit, the log whole up to there."""
-    from pipeline.log.reader import open_log
-
-    path, died = tmp_path / "a.mcap", []
-    with machine(endpoint) as crane:
-
-        def kill_it(simulated_s: float) -> None:
-            if simulated_s > 0.5 and not died:
-                died.append(simulated_s)
-                crane.kill()
-
-        with pytest.raises(
-            HostError, match=r"host crane \(b\) was waited for 1 s in its step at t = .* s; start it by"
-        ) as error:
-            run(scenario_of(limit="1 s"), path, BusOptions((endpoint,)), monitor=kill_it)
-    log = open_log(path)
-    assert log.complete
-    assert log.metadata("result")["ending"] == str(error.value)
-    assert log.times("a")[-1] >= died[0] * 1e9
-
-
-def test_stopped_machine_is_late_and_goes_on(endpoint, tmp_path):
-    """As one that does not answer for two seconds: nothing is started again."""
+    """It stays for the next run, in which it does not answer for two seconds; Ctrl-C ends it with status 130."""
     scenario, said, stopped = scenario_of(), [], []
     local = run(scenario, tmp_path / "local.mcap", None)
     with machine(endpoint) as crane:
@@ -168,10 +84,164 @@ def test_stopped_machine_is_late_and_goes_on(endpoint, tmp_path):
                 os.kill(crane.pid, signal.SIGSTOP)
                 threading.Timer(2.0, lambda: os.kill(crane.pid, signal.SIGCONT)).start()
 
-        result = run(scenario, tmp_path / "a.mcap", BusOptions((endpoint,)), said, stop_it)
+        result = run(scenario, tmp_path / "a.mcap", BusOptions((endpoint,)))
+        assert result.digest == local.digest
+        assert result.hosts == {name: {"restarts": 0, "late": 0, "refused": 0} for name in ("a", "crane")}
+        result = run(scenario, tmp_path / "b.mcap", BusOptions((endpoint,)), said, stop_it)
+        assert result.digest == local.digest
+        assert result.hosts["crane"] | {"refused": 0} == {"restarts": 0, "late": 1, "refused": 0}
+        assert any("host crane (b) is late in its step at t = " in line for line in said)
+        crane.send_signal(signal.SIGINT)
+        _, err = crane.communicate(timeout=LIMIT_S)
+    assert crane.returncode == 130
+    assert err.splitlines() == [
+        f"towline: host crane: offers itself at {endpoint}",
+        *["towline: host crane: runs b", "towline: host crane: the run has ended"] * 2,
+        "towline: interrupted",
+    ]
+
+
+def test_killed_machine_is_waited_for_and_fed(endpoint, tmp_path):
+    """Another process takes its place: handshake, snapshot, the open request. When that is killed, nobody does."""
+    scenario, said, second = scenario_of(), [], []
+    local = run(scenario, tmp_path / "local.mcap", None)
+    with machine(endpoint) as first, ExitStack() as after:
+
+        def replace_it(simulated_s: float) -> None:
+            if simulated_s > 0.5 and not second:
+                first.kill()
+                second.append(after.enter_context(machine(endpoint)))
+
+        result = run(scenario, tmp_path / "a.mcap", BusOptions((endpoint,)), said, replace_it)
+        assert result.digest == local.digest
+        assert result.hosts["crane"]["restarts"] == 1
+        assert any("host crane is away in its step at t = " in line for line in said)
+        assert "host crane is back" in said
+        missed(endpoint, tmp_path / "b.mcap", second[0])
+
+
+def missed(endpoint: str, path: Path, crane: subprocess.Popen) -> None:
+    """A machine that does not come back is named with its step, after its limit; the log is whole up to there."""
+    died: list[float] = []
+
+    def kill_it(simulated_s: float) -> None:
+        if simulated_s > 0.5 and not died:
+            died.append(simulated_s)
+            crane.kill()
+
+    waited = r"host crane \(b\) was waited for 1 s in its step at t = .* s; start it by"
+    with pytest.raises(HostError, match=waited) as error:
+        run(scenario_of(limit="1 s"), path, BusOptions((endpoint,)), monitor=kill_it)
+    log = open_log(path)
+    assert log.complete
+    assert log.metadata("result")["ending"] == str(error.value)
+    assert log.times("a")[-1] >= died[0] * 1e9
+
+
+def by(bus: LocalBus, scenario, monkeypatch, said: list[str]) -> Callable[..., Result]:
+    """Runs a scenario whose hosts are on a bus in this process."""
+    graph, deployment = build_graph(scenario), InProcess()
+    deployment.open = lambda _: setattr(deployment, "_bus", bus) or bus
+    conductor = Distributed(graph, placement_of(graph, scenario.hosts, {}), deployment)
+    conductor.tell = said.append
+    monkeypatch.setattr("pipeline.run.conductor_of", lambda *_: conductor)
+    return partial(run_scenario, scenario, graph)
+
+
+class Abroad(LocalBus):
+    """A bus in this process; the host on another machine is told, and tells, other facts."""
+
+    def __init__(self, key: str, value: str):
+        super().__init__()
+        self._key, self._value = key, value
+        self.start("crane")
+
+    def _other(self, data: bytes) -> bytes:
+        message = unpack(data)
+        said = json.loads(message.text)
+        said["facts"][self._key] = self._value
+        return pack(message._replace(text=json.dumps(said).encode()))
+
+    def send(self, address: Address, data: bytes) -> None:
+        is_there = address[0] == "crane" and unpack(data).kind == ASSIGN
+        super().send(address, self._other(data) if is_there else data)
+        if is_there:
+            self._replies[address].append(self._other(self._replies[address].pop()))
+
+
+def test_another_make_is_refused_with_both_sides_named(tmp_path, monkeypatch):
+    go = by(Abroad("numba", "0.1"), scenario_of(), monkeypatch, [])
+    with pytest.raises(HostError, match=r"host crane cannot take part: numba: 0.1 at the conductor, .* at crane"):
+        go(tmp_path / "a.mcap", Options(), lambda _: None)
+
+
+def test_another_libm_is_warned_of_in_log_and_terminal(tmp_path, monkeypatch):
+    said: list[str] = []
+    result = by(Abroad("libm", "feed"), scenario_of(), monkeypatch, said)(
+        tmp_path / "a.mcap", Options(), lambda _: None
+    )
+    warning = [line for line in said if "rounds otherwise" in line]
+    assert len(warning) == 1
+    assert "feed at crane" in warning[0]
+    assert warning[0] in [text for _, text in open_log(result.log).events()]
+
+
+def test_host_that_never_comes_is_named(tmp_path, monkeypatch):
+    said: list[str] = []
+    go = by(LocalBus(), scenario_of(limit="100 ms"), monkeypatch, said)
+    with pytest.raises(HostError, match=r"host crane \(b\) was waited for .* start it by towline host --name crane"):
+        go(tmp_path / "a.mcap", Options(), lambda _: None)
+    assert said == ["waiting for host crane (b), up to 0.1 s"]
+
+
+class TwoCranes(LocalBus):
+    """A bus in this process on which two machines offer themselves, one after the other."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.cranes = [self.start("crane")[0] for _ in range(2)]
+
+    def attach(self, host: str, process: str) -> None:
+        self.attached = process
+
+    def lose(self, process: str) -> None:
+        self._changes.append(Change(VANISHED, "crane", process))
+
+
+@pytest.mark.parametrize("lost", [(0,), (1, 0)])
+def test_another_machine_of_that_name(lost, tmp_path, monkeypatch):
+    """It is kept for when the first one goes, unless it has gone before."""
+    scenario, said, bus, left = scenario_of(limit="300 ms"), [], TwoCranes(), list(lost)
+    local = run(scenario, tmp_path / "local.mcap", None)
+
+    def lose(simulated_s: float) -> None:
+        if simulated_s > 0.5 and left:
+            bus.lose(bus.cranes[left.pop(0)])
+
+    go = partial(by(bus, scenario, monkeypatch, said), tmp_path / "a.mcap", Options(slice_ticks=10), lose)
+    if len(lost) == 2:
+        with pytest.raises(HostError, match=r"host crane \(b\) was waited for"):
+            go()
+    else:
+        assert go().digest == local.digest
+        assert bus.attached == bus.cranes[1]
+        assert "host crane is back" in said
+    assert "another process offers itself as crane: it is kept for when this one goes" in said
+
+
+def test_process_that_was_given_up_is_no_stranger(tmp_path, monkeypatch):
+    """A conductor that was stopped for a while finds its processes gone, and back before they are killed."""
+    scenario, said, bus = scenario_of(), [], TwoCranes()
+    local = run(scenario, tmp_path / "local.mcap", None)
+
+    def stop(simulated_s: float) -> None:
+        if simulated_s > 0.5 and not any("died" in line for line in said):
+            first = next(process for host, process in bus._hosts if host == "a")
+            bus._changes.extend(Change(kind, "a", first) for kind in (VANISHED, APPEARED))
+
+    result = by(bus, scenario, monkeypatch, said)(tmp_path / "a.mcap", Options(slice_ticks=10), stop)
     assert result.digest == local.digest
-    assert result.hosts["crane"] | {"refused": 0} == {"restarts": 0, "late": 1, "refused": 0}
-    assert any("host crane (b) is late in its step at t = " in line for line in said)
+    assert not any("another process offers itself as a" in line for line in said)
 
 
 def test_machine_gives_a_dead_conductor_up(endpoint, tmp_path):

@@ -70,17 +70,19 @@ components:
 """
 WAYS = {
     "killed": "os.kill(os.getpid(), signal.SIGKILL)",
-    "exits": "os._exit(3)",
     "hangs": "time.sleep(1000)",
     "stopped": "os.kill(os.getpid(), signal.SIGSTOP)",
 }
+# Ends, but not for ever, so that a run which never gives up is seen.
+ENDING = "tries = Path('tries').open('ab'); tries.write(b'x'); tries.flush(); tries.tell() > 12 or os._exit(3)"
+ONCE = {**WAYS, "slow": "time.sleep(0.2)"}
 
 
 def failing(folder: Path, way: str, *, always: bool = False):
     mark = folder / "failed"
     touch = "pass" if always else "mark.touch()"
     only_hosts = f"os.getpid() != {os.getpid()}"
-    text = COMPONENT.format(how=WAYS[way], mark=str(mark), touch=touch, when=only_hosts)
+    text = COMPONENT.format(how=ONCE[way], mark=str(mark), touch=touch, when=only_hosts)
     (folder / "failing.py").write_text(text)
     return load_scenario_text(SCENARIO, "failing.yaml", folder)
 
@@ -101,8 +103,8 @@ def test_fails_once_within_a_step(way, tmp_path):
     local = run(scenario, tmp_path / "local.mcap")
     result = run(scenario, tmp_path / "zenoh.mcap", BusOptions(), tell)
     assert result.digest == local.digest
-    assert result.hosts["failing"] == {"restarts": 1, "late": int(way in ("hangs", "stopped")), "refused": 0}
-    what = "died" if way in ("killed", "exits") else "has not answered for 0.3 s"
+    assert result.hosts["failing"] == {"restarts": 1, "late": int(way != "killed"), "refused": 0}
+    what = "died" if way == "killed" else "has not answered for 0.3 s"
     assert said == [f"host failing (failing) {what} in its step at t = 0.5 s: started again"]
     assert [text for _, text in open_log(result.log).events()] == said
     after_s = when[0] - (tmp_path / "failed").stat().st_mtime
@@ -110,20 +112,72 @@ def test_fails_once_within_a_step(way, tmp_path):
     assert after_s > 0.25 or what == "died"
 
 
-@pytest.mark.parametrize("way", ["exits", "hangs"])
-def test_fails_always(way, tmp_path):
+def test_fails_always(tmp_path):
     """The run stops, naming host, component and step; the log is whole up to there."""
-    scenario = failing(tmp_path, way, always=True)
-    with pytest.raises(
-        HostError, match=r"host failing \(failing\) .* in its step at t = 0.5 s, 5 times in a row"
-    ) as error:
+    scenario = failing(tmp_path, "hangs", always=True)
+    late = r"host failing \(failing\) has not .* in its step at t = 0.5 s, 5 times in a row; .* needs `overdue:`"
+    with pytest.raises(HostError, match=late) as error:
         run(scenario, tmp_path / "zenoh.mcap", BusOptions())
-    assert ("needs `overdue:`" in str(error.value)) == (way == "hangs")
     log = open_log(tmp_path / "zenoh.mcap")
     assert log.complete
     assert log.metadata("result")["ending"] == str(error.value)
     assert log.times("ring")[-1] == 490_000_000
     assert not psutil.Process().children(recursive=True)
+
+
+# Three sections a tick: big on p, then middle on q, then failing on p. big's state comes with every third reply only.
+TWO_SECTIONS = """
+duration: 1 s
+step: 10 ms
+hosts: {big: p, middle: q, failing: p}
+components:
+  big: {model: ./big.py, inputs: {neighbour: {from: failing.out, delay: true}}}
+  middle: {model: motion.van_der_pol, inputs: {neighbour: big.out}}
+  failing: {model: ./failing.py, inputs: {neighbour: middle.position}}
+"""
+
+
+def test_fails_always_behind_another_section_of_its_host(tmp_path, monkeypatch):
+    """What is fed to that one, and answered, is no progress."""
+    monkeypatch.chdir(tmp_path)
+    fail = COMPONENT.format(how=ENDING, mark=str(tmp_path / "mark"), touch="pass", when=f"os.getpid() != {os.getpid()}")
+    (tmp_path / "failing.py").write_text(fail)
+    (tmp_path / "big.py").write_text(COMPONENT.format(how="pass", mark="", touch="pass", when="False"))
+    scenario = load_scenario_text(TWO_SECTIONS, "two.yaml", tmp_path)
+    died = r"host p \((big, )?failing\) died in its step at t = 0.5 s, 5 times in a row$"
+    with pytest.raises(HostError, match=died):
+        run(scenario, tmp_path / "zenoh.mcap", BusOptions())
+    assert not psutil.Process().children(recursive=True)
+
+
+def test_getting_ready_does_not_count_as_overdue(tmp_path, monkeypatch):
+    """Nor is a process of this machine asked again for what takes a while: nothing comes twice, to be refused."""
+    monkeypatch.setattr("pipeline.hosts.supervisor.REPEAT_S", 0.05)
+    slow = f"\nif os.getpid() != {os.getpid()}:\n    time.sleep(1.0)\n"
+    scenario = failing(tmp_path, "slow")
+    (tmp_path / "failing.py").write_text((tmp_path / "failing.py").read_text() + slow)
+    scenario = load_scenario_text(SCENARIO.replace("300 ms", "800 ms"), "failing.yaml", tmp_path)
+    said: list[str] = []
+    result = run(scenario, tmp_path / "zenoh.mcap", BusOptions(), said.append)
+    assert (tmp_path / "failed").exists()
+    assert result.hosts["failing"] == {"restarts": 0, "late": 0, "refused": 0}
+    assert not said
+
+
+def test_file_model_edited_during_the_run(tmp_path):
+    """A host that is started again would take up the new one: refused, the log whole up to there."""
+    scenario = failing(tmp_path, "killed")
+    path, text = tmp_path / "failing.py", (tmp_path / "failing.py").read_text()
+
+    def edit(_: float) -> None:
+        path.write_text(text.replace("1.001", "1.002"))
+
+    options = Options(bus=BusOptions(), slice_ticks=10)
+    with pytest.raises(HostError, match=r"host failing cannot take part: .*failing.py differs from the conductor's"):
+        run_scenario(scenario, build_graph(scenario), tmp_path / "a.mcap", options, edit)
+    log = open_log(tmp_path / "a.mcap")
+    assert log.complete
+    assert log.times("ring")[-1] == 490_000_000
 
 
 def test_random_strikes():

@@ -74,9 +74,17 @@ def test_every_scenario(name, tmp_path):
 
 
 def test_rates_delays_and_events(tmp_path):
-    scenario = load_scenario_text(MIXED, "mixed.yaml", FOLDER)
+    """And nothing of it can be reached by a network."""
+    scenario, reachable = load_scenario_text(MIXED, "mixed.yaml", FOLDER), []
+
+    def look(_: float) -> None:
+        family = [psutil.Process(), *psutil.Process().children(recursive=True)]
+        reachable.append([one.net_connections("inet") for one in family])
+
     local = run(scenario, tmp_path / "local.mcap")
-    result = run(scenario, tmp_path / "zenoh.mcap", BusOptions())
+    options = Options(bus=BusOptions())
+    result = run_scenario(scenario, build_graph(scenario), tmp_path / "zenoh.mcap", options, look)
+    assert all(found == [[]] * 4 for found in reachable)  # two hosts, what forks them, and this process
     assert (result.digest, result.channels) == (local.digest, local.channels)
     assert list(result.hosts) == ["p", "q"]
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.bus.local import LocalBus
-from pipeline.bus.messages import DONE, STATE, pack, unpack
+from pipeline.bus.messages import DONE, READY, REFUSED, STATE, STOPPED, pack, unpack
 from pipeline.distributed import Distributed
 from pipeline.hosts.deployment import InProcess
 from pipeline.placement import Hosts, placement_of
@@ -22,6 +22,7 @@ from pipeline.wiring import build_graph
 
 ROOT = Path(__file__).parents[2]
 TICKS = 100
+INPUT_BYTES = 8  # of either component
 TEXT = """
 duration: 1 s
 step: 10 ms
@@ -48,6 +49,11 @@ FORGED = {
     "a number too many": lambda true: pack(true._replace(numbers=bytes(len(true.numbers) + 8))),
     "no numbers": lambda true: pack(true._replace(numbers=b"")),
     "a state announced and not there": lambda true: pack(true._replace(flags=true.flags ^ STATE)),
+    "a stop of no component": lambda true: pack(
+        true._replace(flags=true.flags | STOPPED, status=1, failed=9, numbers=bytes(len(true.numbers) + INPUT_BYTES))
+    ),
+    "a refusal without a reason": lambda true: pack(true._replace(kind=REFUSED, text=b"[]")),
+    "readiness without facts": lambda true: pack(true._replace(kind=READY, text=b'{"facts": 7, "reasons": []}')),
     "a kind that is none": lambda true: pack(with_other_numbers(true)._replace(kind=77)),
     "cut": lambda true: pack(true)[:-1],
     "longer": lambda true: pack(true) + b"x",

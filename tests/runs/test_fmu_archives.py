@@ -256,10 +256,10 @@ def test_binaries(tmp_path):
 HOLDING = """
 import sys, tempfile
 from pathlib import Path
-from pipeline.cli import _terminate
+from pipeline import interrupts
 from pipeline.fmu.archive import extracted
 import signal, time
-signal.signal(signal.SIGTERM, _terminate)
+interrupts.begin()
 tempfile.tempdir = sys.argv[2]
 with extracted(Path(sys.argv[1])) as folder:
     print(folder, flush=True)

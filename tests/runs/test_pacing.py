@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pty
+import re
 import select
 import subprocess
 import sys
@@ -13,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.hosts.deployment import BusOptions
+from pipeline.log.reader import open_log
 from pipeline.pacing import Pacing
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario
@@ -20,6 +23,7 @@ from pipeline.wiring import build_graph
 
 ROOT = Path(__file__).parents[2]
 RING = ROOT / "scenarios" / "van_der_pol.yaml"
+MASS = ROOT / "scenarios" / "bond_mass.yaml"  # steps of 10 ms
 MS = 1_000_000
 
 
@@ -115,23 +119,46 @@ def test_rate_does_not_matter_to_the_digest(tmp_path):
     assert plain.deadlines == {}
 
 
-def test_keys_at_a_terminal(tmp_path):
-    """Paused, stepped twice, ended: the log holds what was stepped, and the terminal is as it was."""
+def test_paced_over_zenoh(tmp_path):
+    """Not before its time, to the same digest; a delay of two slices is told."""
+    scenario = load_scenario(MASS, duration="400 ms")
+    graph, delays = build_graph(scenario), [0.1]
+    local = run_scenario(scenario, graph, tmp_path / "local.mcap", Options(), lambda _: None)
+    options = Options(rate=2.0, bus=BusOptions())
+
+    def delay(_: float) -> None:
+        time.sleep(delays.pop() if delays else 0.0)
+
+    result = run_scenario(scenario, graph, tmp_path / "a.mcap", options, delay)
+    assert result.digest == local.digest
+    assert result.wall_s >= 0.2
+    assert result.deadlines["missed"] >= 1
+    assert result.deadlines["worst_s"] >= 0.05
+
+
+@pytest.mark.parametrize("bus", ["local", "zenoh"])
+def test_keys_at_a_terminal(bus, tmp_path):
+    """Paused, stepped, ended: the log holds the steps, of which keys that came before the run was there make none."""
     ours, its = pty.openpty()
-    words = [sys.executable, "-m", "pipeline.cli", "run", str(RING), "--rate", "1", "--out", str(tmp_path / "a.mcap")]
+    log, sent = tmp_path / "a.mcap", 0
+    words = [sys.executable, "-m", "pipeline.cli", "run", str(MASS), "--rate", "1", "--bus", bus]
     child = subprocess.Popen(
-        [sys.executable, "-c", LEAD, *words, "--json"],
+        [sys.executable, "-c", LEAD, *words, "--out", str(log), "--json"],
         stdin=its, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT,
     )  # fmt: skip
     said = _until(child.stderr, b"", 0.0)
     deadline = time.monotonic() + 60
-    while b"paused" not in said and time.monotonic() < deadline:
-        os.write(ours, b" ")
-        said += _until(child.stderr, b"paused", 1.0)
-    assert b"paused at t = " in said
+    while b"ends the run" not in said and time.monotonic() < deadline:
+        os.write(ours, b".")
+        sent += 1
+        said += _until(child.stderr, b"ends the run", 1.0)
+    paused_s = float(re.search(rb"paused at t = (\S+) s", said)[1])
     os.write(ours, b"..q")
     out, _ = child.communicate(timeout=60)
     assert (child.returncode, json.loads(out)) == (130, {"error": "interrupted"})
+    steps = open_log(log).times("ball")[-1] / 1e7 - paused_s / 0.01
+    assert steps == pytest.approx(round(steps), abs=1e-6)  # of 10 ms
+    assert 2 <= round(steps) < sent + 2  # the first key pauses
     os.close(its)
     os.close(ours)
 
