@@ -48,10 +48,16 @@ print(c.memory.tables.board[0])
 """
 
 
+@pytest.fixture(scope="module")
+def own_cache(tmp_path_factory):
+    """A cache of this module's own, in which the loop is compiled but once."""
+    return tmp_path_factory.mktemp("cache")
+
+
 @pytest.fixture
-def value(tmp_path, monkeypatch):
-    """A function that runs the scene in a process of its own, with a cache of its own, and gives its signal."""
-    monkeypatch.setenv("TOWLINE_CACHE", str(tmp_path / "cache"))
+def value(tmp_path, monkeypatch, own_cache):
+    """A function that runs the scene in a process of its own, with the module's cache, and gives its signal."""
+    monkeypatch.setenv("TOWLINE_CACHE", str(own_cache))
     (tmp_path / "s.yaml").write_text(SCENARIO)
 
     def run(edit: float, table: float) -> float:
@@ -84,9 +90,9 @@ def test_first_compile_is_announced(tmp_path, monkeypatch):
     assert "compiling" not in said[1]
 
 
-def test_damaged_cache_is_compiled_anew(value, tmp_path):
+def test_damaged_cache_is_compiled_anew(value, own_cache):
     assert value(1, 5) == 6
-    damaged = list((tmp_path / "cache").rglob("*.nbc"))
+    damaged = list(own_cache.rglob("*.nbc"))
     assert damaged
     for path in damaged:
         path.write_bytes(b"")

@@ -7,15 +7,15 @@ import pytest
 from scipy.integrate import solve_bvp, solve_ivp
 from scipy.spatial.transform import Rotation
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.tether.cable.component import COMPONENT as CABLE
 from components.tether.catenary.component import COMPONENT as CATENARY
 from components.tether.quasistatic.component import COMPONENT
 from components.tether.quasistatic.drag import drag, write_slopes
 from components.tether.quasistatic.status import NEUTRAL_SLACK
 
-step = as_compiled(COMPONENT.step)
-catenary = as_compiled(CATENARY.step)
+_, step = functions(COMPONENT)
+_, catenary = functions(CATENARY)
 RHO = 1025.97
 # A neutrally light ROV tether of 15 mm: 0.5 N/m in water, EA 1 MN.
 TETHER = {"length": 300.0, "weight": 0.5, "axial_stiffness": 1e6, "drag_diameter": 0.015, "tangential_drag": 0.02}
@@ -203,7 +203,7 @@ def test_at_rest_it_is_the_dynamic_cable():
         sizes = CABLE.sizes(parameters)
         ports = CABLE.outputs(parameters)
         x, y = np.zeros(sizes.state), np.zeros(sum(port.size for port in ports))
-        as_compiled(CABLE.init)(0, 10**7, CABLE.pack(parameters), np.array(u), x, y, np.zeros(sizes.workspace))
+        functions(CABLE)[0](0, 10**7, CABLE.pack(parameters), np.array(u), x, y, np.zeros(sizes.workspace))
         weight = (0.1054 - 1.3427e-2) * 9.80665
         still = outputs(COMPONENT, COMPONENT.parameters(**common, weight=weight, segments=n), u, step)[1]
         errors.append(np.abs(y[: 3 * (n + 1)].reshape(-1, 3) - still["nodes"]).max())

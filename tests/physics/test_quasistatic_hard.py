@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.tether.quasistatic.component import COMPONENT
 from components.tether.quasistatic.line import RECORD
 from components.tether.quasistatic.pivoted import BELOW, RATE, STEP, WIDTH, solve_rows
 from components.tether.quasistatic.status import NEUTRAL_SLACK, TOO_SOFT
 
-step = as_compiled(COMPONENT.step)
+_, step = functions(COMPONENT)
 
 
 def line(seed: int) -> tuple[dict, np.ndarray]:
