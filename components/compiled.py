@@ -5,6 +5,7 @@ numba does not see edits in callees of cached functions, so its cache lies in a 
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import importlib.util
 import os
@@ -173,6 +174,34 @@ def bind(component: Component) -> EntryPoints:
     _components[path.stem] = component
     module = mended(lambda: _load(path, component.name))
     return EntryPoints(module.init.address, module.step.address, module)
+
+
+_C_FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 5)
+
+
+class Function:
+    """A component's init or step to be called from Python: the machine code that runs execute, bound on first use."""
+
+    def __init__(self, component: Component, entry: str):
+        """entry: init or step."""
+        self._component, self._entry = component, entry
+
+    @cached_property
+    def _bound(self) -> tuple[EntryPoints, Callable[..., int]]:
+        points = bind(self._component)
+        return points, _C_FUNCTION(getattr(points, self._entry))
+
+    def __call__(self, t_ns: int, dt_ns: int, *vectors: np.ndarray) -> int:
+        """The status. Raises ValueError if p, u, x, y or w are not float64 in a row, or shorter than p says."""
+        for vector, size in zip(vectors, (5, *vectors[0][1:5]), strict=True):
+            if vector.dtype != np.float64 or not vector.flags.c_contiguous or vector.size < size:
+                raise ValueError(f"{vector.size} numbers of {vector.dtype}; expected {size:g} of float64 in a row")
+        return self._bound[1](t_ns, dt_ns, *[vector.ctypes.data for vector in vectors])
+
+
+def functions(component: Component) -> tuple[Function, Function]:
+    """The component's init and step, to be called from Python with NumPy arrays (tests, notebooks)."""
+    return Function(component, "init"), Function(component, "step")
 
 
 def as_compiled(step: Kernel) -> Kernel:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Set
 from typing import Any
 
-from components.contract import Parameters
+from components.contract import Component, Parameters
 from pipeline import parameters
-from pipeline.catalogue import closest
+from pipeline.catalogue import closest, first_line
 from pipeline.errors import Problem
 from pipeline.graph import Event
 from pipeline.parameters import Given
@@ -92,7 +92,9 @@ class _Timeline:
             return
         given = Given(change.value, change.key, self._scenario.folder)
         new = parameters.changed(self._now[draft.name], name, given, change.path, self._problems)
-        if new is not None:
+        if new is not None and (fault := _relaid(draft.instance.component, self._now[draft.name], new)):
+            self._problems.append(Problem(change.key, change.path, f"'{change.what}' {fault}"))
+        elif new is not None:
             self._now[draft.name] = new
             sets.setdefault(draft.index, {})[name] = getattr(new, name)
 
@@ -113,6 +115,23 @@ class _Timeline:
         signal = found[""]
         values = array(change.value, signal.unit, signal.shape, change.path, self._problems)
         return [(first, values[at : at + count]) for at, first, count in runs(signal.indices) if values]
+
+
+def _relaid(kind: Component, before: Parameters, after: Parameters) -> str:
+    """What keeps a component that is set up with these parameters from going on with those; empty: nothing."""
+    try:
+        layouts = [
+            (tuple(kind.inputs(values)), tuple(kind.outputs(values)), kind.sizes(values), len(kind.pack(values)))
+            for values in (before, after)
+        ]
+    except Exception as error:  # a third party's code
+        return f"cannot take this value: {first_line(error)}"
+    if layouts[0] == layouts[1]:
+        return ""
+    return (
+        f"turns a term of {kind.name} on or off that has a place of its own in it, which is fixed during a run; "
+        "begin with a very small value instead of none, or end with it"
+    )
 
 
 def _text(happening: Happening) -> str:

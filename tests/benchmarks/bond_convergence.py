@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 from numba import njit
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.constants import GRAVITY
 from components.contract import Component, Parameters
 from components.tether.cable.component import COMPONENT as CABLE
@@ -162,8 +162,7 @@ class Instance:
 
 @cache
 def _functions(name: str) -> tuple:
-    component = {CABLE.name: CABLE, MASS.name: MASS}[name]
-    return as_compiled(component.init), as_compiled(component.step)
+    return functions({CABLE.name: CABLE, MASS.name: MASS}[name])
 
 
 def hang(line: dict[str, float], a: Body | None, b: Body, h: float = GRID) -> Instance:

@@ -233,6 +233,24 @@ TEXTS = {
         ),
         "7:6 bonds.b: the key 'line' is missing; expected a line's end such as tether.end_b",
     ),
+    "event adds a term": (
+        HEAD
+        + (
+            "components:\n"
+            "  hook: {model: motion.fixed, parameters: {position: [0 m, 0 m, 0 m]}}\n"
+            "  line:\n"
+            "    model: tether.cable\n"
+            "    parameters: {length: 3 m, mass_per_length: 1 kg/m, volume_per_length: 0 m^2, drag_diameter: 1 cm,"
+            " end_b: free}\n"
+            "    inputs: {end_a: hook.motion}\n"
+            "events:\n"
+            "  - {at: 0.5 s, set: {line.bending_stiffness: 1 N*m^2}}\n"
+            "  - {at: 0.6 s, set: {line.breaking_load: 1 kN}}\n"
+        ),
+        "10:23 events[0].set.line.bending_stiffness: 'line.bending_stiffness' turns a term of tether.cable on or off "
+        "that has a place of its own in it, which is fixed during a run; begin with a very small value instead of "
+        "none, or end with it",
+    ),
 }
 
 

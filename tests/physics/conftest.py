@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import ctypes
 import importlib
 
 import numpy as np
 import pytest
 
-from components.compiled import bind
+from components.compiled import functions
 from components.tether.cable import line
 from components.tether.cable.component import COMPONENT
 
-_FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 5)
+INIT, STEP = functions(COMPONENT)
 
 
 class Lone:
@@ -23,19 +22,16 @@ class Lone:
         self.p = COMPONENT.pack(self.parameters)
         self.h, self.t = round(h * 1e9), 0
         self.u, self.x, self.y, self.w = (np.full(int(n), np.nan) for n in self.p[1:5])
-        entries = bind(COMPONENT)
-        self.init, self.advance = _FUNCTION(entries.init), _FUNCTION(entries.step)
-        self._call(self.init, u)
+        self._call(INIT, u)
 
     def _call(self, function, u):
         self.y[:] = self.w[:] = np.nan
         self.u[:] = u
-        vectors = (self.p, self.u, self.x, self.y, self.w)
-        self.status = function(self.t, self.h, *[vector.ctypes.data for vector in vectors])
+        self.status = function(self.t, self.h, self.p, self.u, self.x, self.y, self.w)
 
     def step(self, u):
         self.t += self.h
-        self._call(self.advance, u)
+        self._call(STEP, u)
 
     @property
     def state(self):
@@ -94,15 +90,13 @@ class Unit:
         self.parameters, self.seed = self.component.parameters(**parameters), seed
         self.p, self.h, self.t = self.component.pack(self.parameters, seed), round(h * 1e9), 0
         self.u, self.x, self.y, self.w = (np.full(int(n), np.nan) for n in self.p[1:5])
-        entries = bind(self.component)
-        self._init, self._step = _FUNCTION(entries.init), _FUNCTION(entries.step)
+        self._init, self._step = functions(self.component)
         self._call(self._init, u)
 
     def _call(self, function, u):
         self.y[:] = self.w[:] = np.nan
         self.u[:] = u
-        vectors = (self.p, self.u, self.x, self.y, self.w)
-        assert function(self.t, self.h, *[vector.ctypes.data for vector in vectors]) == 0
+        assert function(self.t, self.h, self.p, self.u, self.x, self.y, self.w) == 0
         assert np.isfinite(self.y).all()
         assert np.isfinite(self.x).all()
 

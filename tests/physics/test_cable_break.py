@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.tether.cable import line
 from components.tether.cable.component import BREAKS_AT_REST, COMPONENT, CUT_AT_REST
 
@@ -66,7 +66,7 @@ def test_breaks_within_the_step(cable_of):
 
 def test_a_line_does_not_start_broken(cable_of):
     """Refused with the status that says why: cut already, or loaded beyond its strength at rest."""
-    init = as_compiled(COMPONENT.init)
+    init, _ = functions(COMPONENT)
     for change, status in (({"cut": 3}, CUT_AT_REST), ({"breaking_load": 1.0}, BREAKS_AT_REST)):
         cable = cable_of(0.02, STILL, **CHAIN, end_b="free")
         p = COMPONENT.pack(cable.parameters.model_copy(update=change))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.special import ellipk, j0, jn_zeros
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.tether.cable import block_tridiagonal, line
 from components.tether.cable.component import COMPONENT
 
-init, step = as_compiled(COMPONENT.init), as_compiled(COMPONENT.step)
+init, step = functions(COMPONENT)
 G = 9.80665
 CHAIN = dict(
     length=3.5, segments=50, mass_per_length=0.1054, volume_per_length=0.1054 / 7850, drag_diameter=0.01,

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.tether.cable.component import COMPONENT
 
-init, step = as_compiled(COMPONENT.init), as_compiled(COMPONENT.step)
+init, step = functions(COMPONENT)
 CHAIN = dict(
     length=3.5, segments=50, mass_per_length=0.1054, volume_per_length=0.1054 / 7850, drag_diameter=0.01,
     axial_stiffness=4.5e5, fluid_density=1000.0,

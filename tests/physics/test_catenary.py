@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.constants import GRAVITY
 from components.tether.catenary.component import COMPONENT
 from components.tether.catenary.elastic import elastic
@@ -22,7 +22,7 @@ ANGLES = [0.0, 1e-6, 1.0, 45.0, 80.0, 89.9, 89.9999999, 90.0, -30.0, -90.0]
 ELASTICITIES = [0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 100.0]
 CHAIN = 0.092 * GRAVITY  # N/m in water, Drupt et al. 2022, Table I
 
-step = as_compiled(COMPONENT.step)
+_, step = functions(COMPONENT)
 
 
 def ends(chord, angle_deg):

@@ -9,14 +9,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.tether.catenary.component import COMPONENT
 from components.tether.catenary.elastic import elastic
 from components.tether.catenary.hang import hang
 from components.tether.catenary.line import rest
 from components.tether.catenary.status import END_BELOW_SEABED, NEUTRAL_SLACK, NO_ANCHOR, TAUT, TEXT, TOO_SHORT
 
-step = as_compiled(COMPONENT.step)
+_, step = functions(COMPONENT)
 STILL = (np.zeros(6), np.zeros(6))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -48,10 +49,30 @@ print(c.memory.tables.board[0])
 """
 
 
+RING = Path(__file__).parents[2] / "scenarios" / "van_der_pol.yaml"
+
+
+def told(cache: Path) -> str:
+    """What the first second of a scenario says on standard error, with this cache."""
+    words = ["run", str(RING), "--until", "1s", "--out", str(cache.parent / "a.mcap"), "--overwrite"]
+    environment = {**os.environ, "TOWLINE_CACHE": str(cache)}
+    command = [sys.executable, "-m", "pipeline.cli", *words]
+    return subprocess.run(
+        command, capture_output=True, text=True, cwd=cache.parent, env=environment, timeout=120
+    ).stderr
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """A cache of this module's own, empty before a first run; and what that said. The loop is compiled here only."""
+    cache = tmp_path_factory.mktemp("own") / "cache"
+    return cache, told(cache)
+
+
 @pytest.fixture
-def value(tmp_path, monkeypatch):
-    """A function that runs the scene in a process of its own, with a cache of its own, and gives its signal."""
-    monkeypatch.setenv("TOWLINE_CACHE", str(tmp_path / "cache"))
+def value(tmp_path, monkeypatch, first):
+    """A function that runs the scene in a process of its own, with the module's cache, and gives its signal."""
+    monkeypatch.setenv("TOWLINE_CACHE", str(first[0]))
     (tmp_path / "s.yaml").write_text(SCENARIO)
 
     def run(edit: float, table: float) -> float:
@@ -70,23 +91,15 @@ def test_edits_of_a_users_model_and_of_its_data_are_seen(value):
     assert value(2, 8) == 10
 
 
-def test_first_compile_is_announced(tmp_path, monkeypatch):
-    monkeypatch.setenv("TOWLINE_CACHE", str(tmp_path / "cache"))
-    ring = Path(__file__).parents[2] / "scenarios" / "van_der_pol.yaml"
-    words = ["run", str(ring), "--until", "1s", "--out", str(tmp_path / "a.mcap"), "--overwrite"]
-    said = [
-        subprocess.run(
-            [sys.executable, "-m", "pipeline.cli", *words], capture_output=True, text=True, cwd=tmp_path, timeout=120
-        ).stderr
-        for _ in range(2)
-    ]
-    assert "compiling motion.van_der_pol, the loop (once; kept in" in said[0]
-    assert "compiling" not in said[1]
+def test_first_compile_is_announced(first):
+    cache, said = first
+    assert "compiling motion.van_der_pol, the loop (once; kept in" in said
+    assert "compiling" not in told(cache)
 
 
-def test_damaged_cache_is_compiled_anew(value, tmp_path):
+def test_damaged_cache_is_compiled_anew(value, first):
     assert value(1, 5) == 6
-    damaged = list((tmp_path / "cache").rglob("*.nbc"))
+    damaged = list(first[0].rglob("*.nbc"))
     assert damaged
     for path in damaged:
         path.write_bytes(b"")

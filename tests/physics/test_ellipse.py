@@ -5,13 +5,13 @@ from math import pi
 import numpy as np
 import pytest
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.motion.ellipse.component import COMPONENT
 from components.motion.ellipse.model import Ellipse
 
 CENTRE, COSINE, SINE = (1.0, -2.0, 3.0), (0.25, 0.0, 0.1), (0.0, 0.4, 0.0)
 FREQUENCY, RAMP = 0.5, 2.0
-step = as_compiled(COMPONENT.step)
+_, step = functions(COMPONENT)
 
 
 def motion(seconds):

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.interpolate import BSpline
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.motion.fixed.component import COMPONENT as FIXED
 from components.motion.hand.component import COMPONENT, FIRST
 from components.motion.hand.model import HALVED, Hand
@@ -21,7 +21,7 @@ MOVES = {
     "fast sweep down": 4.0,
 }
 SECOND = 10**9
-step = as_compiled(COMPONENT.step)
+_, step = functions(COMPONENT)
 
 
 def hand(**parameters):
@@ -234,5 +234,5 @@ def test_wrong_programmes_and_tables_are_refused(parameters, text):
 def test_fixed_point_does_not_move():
     p = FIXED.pack(FIXED.parameters(position=(1.0, -2.0, 3.0)))
     y = np.full(9, np.nan)
-    assert as_compiled(FIXED.step)(5, 5, p, np.empty(0), np.empty(0), y, np.empty(0)) == 0
+    assert functions(FIXED)[1](5, 5, p, np.empty(0), np.empty(0), y, np.empty(0)) == 0
     np.testing.assert_array_equal(y, [1.0, -2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])

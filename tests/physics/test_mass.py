@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.vessel.mass.component import COMPONENT
 
-init, step = as_compiled(COMPONENT.init), as_compiled(COMPONENT.step)
+init, step = functions(COMPONENT)
 
 
 class Mass:

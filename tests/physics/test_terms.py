@@ -8,12 +8,22 @@ from components.markers.tracker.component import COMPONENT as TRACKER
 from components.motion.ellipse.component import COMPONENT as ELLIPSE
 from components.motion.hand.component import COMPONENT as HAND
 from components.motion.van_der_pol.component import COMPONENT as VAN_DER_POL
+from components.tether.cable.component import COMPONENT as CABLE
+from components.tether.catenary.component import COMPONENT as CATENARY
+from components.tether.quasistatic.component import COMPONENT as QUASISTATIC
 from components.vessel.mass.component import COMPONENT as MASS
 from components.winch.drum.component import COMPONENT as DRUM
 from pipeline.catalogue import find, models
 
 MARKERS = {"length": 3.0, "segments": 10, "markers": 5, "spacing": 0.5}
 WINCH = {"max_speed": 1.0, "max_acceleration": 1.0, "stall_tension": 1e3, "stored": 50.0}
+LINE = {"length": 10.0, "segments": 4, "mass_per_length": 1.0, "volume_per_length": 0.0, "drag_diameter": 0.0}
+HALVES = (
+    {"length": 5.0, "segments": 2, "drag_diameter": 0.1},
+    {"length": 5.0, "segments": 2, "volume_per_length": 1e-4},
+)
+STIFF = {"bending_stiffness": 1.0, "sections": tuple(half | {"bending_stiffness": 0.0} for half in HALVES)}
+TETHER = {"length": 3.0, "weight": 1.0, "axial_stiffness": 1e5, "drag_diameter": 0.01}
 SWEEP = {"moves": ("slow sweep north",), "durations": (15.0,)}
 
 
@@ -37,6 +47,30 @@ SWEEP = {"moves": ("slow sweep north",), "durations": (15.0,)}
         (HAND, {**SWEEP, "tremor": 1e-3}, {"programme of moves", "unsteadiness"}),
         (HAND, {"table": ((0.0, 0.0, 0.0, 0.0), (1.0, 0.1, 0.0, 0.0)), "tremor": 1e-3}, {"table"}),
         (VAN_DER_POL, {"mu": 0.0, "coupling": 0.3}, {"coupling"}),
+        (CABLE, LINE | {"damping_time": 0.1}, {"slack", "error control"}),
+        (CABLE, LINE | {"bond_b": True}, {"slack", "stretching"}),
+        (
+            CABLE,
+            LINE | {"axial_stiffness": 1e5, "damping_time": 0.1, "sub_steps": 1},
+            {"slack", "stretching", "internal damping"},
+        ),
+        # what sections give, and not what they all replace
+        (CABLE, LINE | {"sections": HALVES}, {"slack", "sections", "drag", "added mass", "error control"}),
+        (CABLE, LINE | STIFF, {"sections", "drag", "added mass", "error control"}),
+        (
+            CABLE,
+            LINE | {"seabed": 5.0, "drag_diameter": 0.1, "waves": ({"amplitude": 1.0, "period": 8.0},), "winch": "a"},
+            {"slack", "drag", "seabed", "waves", "winch", "error control"},
+        ),
+        (QUASISTATIC, TETHER, {"normal drag"}),
+        (QUASISTATIC, TETHER | {"fluid_density": 0.0, "current_input": True}, {"current from outside"}),
+        (
+            QUASISTATIC,
+            TETHER | {"tangential_drag": 0.02, "end_b": "free"},
+            {"normal drag", "tangential drag", "body at a free end"},
+        ),
+        (CATENARY, {"length": 3.0, "weight": 1.0}, set()),
+        (CATENARY, {"length": 3.0, "weight": 1.0, "axial_stiffness": 1e4, "seabed": 2.0}, {"elasticity", "seabed"}),
     ],
 )
 def test_terms_follow_the_parameters(component, given, on):

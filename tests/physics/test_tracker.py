@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from components.compiled import as_compiled
+from components.compiled import functions
 from components.markers.tracker.component import COMPONENT
 from components.markers.tracker.model import Tracker
 
-init, step = as_compiled(COMPONENT.init), as_compiled(COMPONENT.step)
+init, step = functions(COMPONENT)
 CHAIN = {"length": 3.5, "segments": 50, "markers": 12, "spacing": 0.245}  # Drupt et al. 2022, Table I
 ROPE = {"length": 2.0, "segments": 40, "markers": 9, "spacing": 0.2}
 PERIOD = 0.02

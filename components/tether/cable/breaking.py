@@ -1,4 +1,4 @@
-"""Where the line breaks."""
+"""Where the line breaks: once; what would break it again is told."""
 
 from components.compiled import kernel
 from components.tether.cable.line import SCRATCH, TC
@@ -13,3 +13,19 @@ def overloaded(line, w):
             if w[i * SCRATCH + TC] > largest:
                 segment, largest = i, w[i * SCRATCH + TC]
     return segment
+
+
+@kernel
+def again(line, w):
+    """How far a broken line is beyond breaking again: its largest tension over the load, 2 if an event cuts elsewhere.
+
+    One segment is all that it can lose.
+    """
+    if line.event_cut > 0 and line.event_cut != line.cut + 1:
+        return 2.0
+    largest = 0.0
+    if line.breaking_load > 0.0:
+        for i in range(line.n):
+            largest = max(largest, w[i * SCRATCH + TC])
+        largest /= line.breaking_load
+    return largest

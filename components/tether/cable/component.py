@@ -42,7 +42,7 @@ def observe(line, w, y, account):
     y[k] = 1.0 if account.converged else 0.0
     y[k + 1], y[k + 2], y[k + 3], y[k + 4] = account.residual, account.iterations, account.sub_steps, account.error
     y[k + 5], y[k + 6] = account.cut + 1, line.length * line.scale
-    measure(line, w, account.excess, account.error, account.snap, y, k + 7)
+    measure(line, w, account, y, k + 7)
     return k + ACCOUNT
 
 
@@ -96,7 +96,7 @@ def init(t_ns, dt_ns, p, u, x, y, w):
     if line.anchors:
         seabed.keep(line, w, x)
         seabed.set_aside(line, w)
-    account = Account(0, 0.0, residual, True, 0.0, 0.0, 0, 0.0, 0, -1, 1.0, 0.0, 0.0)
+    account = Account(0, 0.0, residual, True, 0.0, 0.0, 0, 0.0, 0.0, 0, -1, 1.0, 0.0, 0.0)
     remember(line, account, x)
     k = observe(line, w, y, account)
     if bonded(line):
@@ -142,7 +142,8 @@ COMPONENT = Component(
     step=step,
     status_text={
         NOT_FINITE: "the line's motion became non-finite: shorten the period, add sub_steps or check the ends' motion",
-        NO_EQUILIBRIUM: "no static equilibrium found between the ends: check length, axial_stiffness and the ends",
+        NO_EQUILIBRIUM: "no static equilibrium found between the ends: check length and ends; with bending_stiffness "
+        "and a seabed also axial_stiffness: beyond 1e5 times the weight, or none, it may be too much",
         CUT_AT_REST: "a line that is cut has no shape at rest to start from: leave `cut` to an event",
         BREAKS_AT_REST: "the line breaks at rest: its tension exceeds breaking_load",
     },

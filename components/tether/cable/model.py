@@ -32,7 +32,7 @@ class Cable(Parameters):
         "s", "tau of T = EA (e + tau de/dt), whatever the mesh; without it impacts ring on", 0.0, tunable=True, ge=0
     )
     tension_only: bool | None = choice(
-        "a chain or rope takes no compression, T = max(0, T); by default unless it has bending stiffness", None
+        "a chain or rope takes no compression, T = max(0, T); by default unless `bending_stiffness` is given", None
     )
     normal_drag: float = quantity("1", "C_n of rho d C_n |v_n| v_n / 2 per length", 1.2, tunable=True, ge=0)
     tangential_drag: float = quantity("1", "C_t of rho pi d C_t |v_t| v_t / 2 per length", 0.0, tunable=True, ge=0)
@@ -95,6 +95,12 @@ class Cable(Parameters):
                     f"sections sum up to {length:g} m in {segments} segments, but length is {self.length:g} m and "
                     f"segments {self.segments}: write there what they sum up to"
                 )
+        own = [i for i, s in enumerate(self.sections) if s.axial_stiffness is not None]
+        if own and self.axial_stiffness is None:
+            raise ValueError(
+                f"sections.{own[0]} has an axial_stiffness, but a line that has none is inextensible as a whole: "
+                "give the line's too"
+            )
         for i, clump in enumerate(self.clumps):
             if clump.at > self.length * (1.0 + 1e-9):
                 raise ValueError(f"clumps.{i} is at {clump.at:g} m of a line of {self.length:g} m")
@@ -117,7 +123,7 @@ class Cable(Parameters):
             if self.seabed_friction > 0.0:
                 raise ValueError("seabed_friction without a seabed: give its depth as seabed, or leave it out")
             return self
-        weight = self.mass_per_length - self.fluid_density * self.volume_per_length
+        weight = sum(s.weight * s.segments for s in spans(self))
         if self.seabed_stiffness is None and (weight == 0.0 or self.drag_diameter == 0.0):
             raise ValueError("seabed_stiffness has no default for a line without weight or drag_diameter: give it")
         return self
@@ -192,11 +198,22 @@ def outputs(cable: Cable) -> tuple[Port, ...]:
         Port("broken_segment", "1", (), "", "the segment that broke or was cut, the first at end a being 1; 0: none"),
         Port("unstretched_length", "m", (), "", "between the ends, what a winch let out or took in counted"),
         Port("validity.range", "1", (), "", "the largest of those below; above 1 the step is not to be believed"),
-        Port("validity.balance", "1", (), "", "largest imbalance of a node over the tolerance"),
+        Port(
+            "validity.balance", "1", (), "", "largest imbalance of a node over the tolerance, or over 1 % of the load"
+        ),
         Port("validity.error", "1", (), "", "`error` over what `accuracy` allows"),
         Port("validity.snap", "1", (), "", "tension of an impact that no step shows, over largest tension and weight"),
-        Port("validity.strain", "1", (), "", "largest strain over 5 %, where T = EA e ceases to hold"),
+        Port(
+            "validity.strain",
+            "1",
+            (),
+            "",
+            "largest strain over 5 %, where T = EA e ceases to hold; of an inextensible line over 1e-6",
+        ),
         Port("validity.turn", "1", (), "", "largest angle between neighbouring segments over 0.5 rad"),
+        Port("validity.sinking", "1", (), "", "largest depth in the seabed over 1 % of the length"),
+        Port("validity.emerging", "1", (), "", "largest height above the waves over 1 % of the length"),
+        Port("validity.again", "1", (), "", "of a broken line, which breaks but once: tension over breaking_load"),
     )
     for end, bond in (("a", cable.bond_a), ("b", cable.bond_b)):
         if bond:

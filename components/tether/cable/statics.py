@@ -15,6 +15,8 @@ from components.tether.cable.touchdown import below_bed, lay_on_bed
 
 # Below this fraction of the line's weight a segment counts as slack: the kink of |T| at T = 0 is rounded over it.
 SLACK = 1e-9
+# A tension of so many times that is the rounding's, not the segment's.
+LOOSE = 10.0
 # The convex search ends when the far end is met to this fraction of the length; the Newton iteration does the rest.
 GAP, COARSE_GAP = 1e-10, 1e-3
 SEARCH_ITERATIONS, NEWTON_ITERATIONS = 300, 200
@@ -125,7 +127,8 @@ def lay_out(line, w, fx, fy, fz, slack, qx, qy):
         w[far + Q] = w[near + Q] + g * tx
         w[far + Q + 1] = w[near + Q + 1] + g * ty
         w[far + Q + 2] = w[near + Q + 2] + g * tz
-        w[j * SCRATCH + T] = sqrt(square)
+        tension = sqrt(square)
+        w[j * SCRATCH + T] = tension if tension > LOOSE * slack else 0.0
 
 
 @kernel

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from components.compiled import kernel
 from components.tether.cable import balance, flow, seabed, winch
-from components.tether.cable.breaking import overloaded
+from components.tether.cable.breaking import again, overloaded
 from components.tether.cable.dynamics import align, finish, newton, predict, scheme
 from components.tether.cable.ends import place
 from components.tether.cable.error_control import end_error, position_error, smooth_error
@@ -62,6 +62,7 @@ class Account(NamedTuple):
     error: float
     snap: float
     sub_steps: int
+    again: float  # of a broken line: how far it was beyond breaking once more
     lead: float
     level: int
     cut: int  # index of the segment that is cut, -1: none
@@ -132,12 +133,10 @@ def cut_at(line, w, segment):
 
 @kernel
 def at_fraction(p, line, x, u, h, fraction, cut):
-    """The line at a fraction of the period's h [s]: as long as the winch has it, which stands still once it is cut."""
-    if line.winch == 0:
-        return present(p, line.t, 1.0, 0.0, 0.0, cut)
+    """The line at a fraction of the period's h [s]: as long as the winch has it; once it is cut as long as it was."""
+    if line.winch == 0 or cut >= 0:
+        return present(p, line.t, line.scale, 0.0, 0.0, cut)
     k = tail(line)
-    if cut >= 0:
-        return present(p, line.t, x[k + SCALE], 0.0, 0.0, cut)
     scale, payout, change = winch.wound(line, x[k + SCALE], x[k + RATE], u[line.rate], h, fraction)
     return present(p, line.t, scale, payout, change, cut)
 
@@ -232,13 +231,15 @@ def march(p, t, x, u, w, h):
     the whole period stands as the iteration left it.
     """
     line = unpack(p, t)
+    if line.winch != 0:
+        line = present(p, t, x[tail(line) + SCALE], 0.0, 0.0, -1)
     if line.water:
         flow.hear(line, u, w)
     d = division(line)
     level = 0 if d.fixed else int(x[tail(line) + LEVEL])
     cut = int(x[tail(line) + CUT]) - 1 if x[tail(line) + CUT] > 0.0 else line.event_cut - 1
     lead = begin(at_fraction(p, line, x, u, h, 0.0, cut), x, w, h, cut)
-    at, rough, sums = 0, False, Sums(0, 0.0, 0.0, 0.0, 0.0, 0)
+    at, rough, beyond, sums = 0, False, 0.0, Sums(0, 0.0, 0.0, 0.0, 0.0, 0)
     while at < d.shortest:
         to = at + (1 << (d.halvings - level))
         line = at_fraction(p, line, x, u, h, to / d.shortest, cut)
@@ -258,6 +259,8 @@ def march(p, t, x, u, w, h):
             line = at_fraction(p, line, x, u, h, 1.0, cut)
             part = attempt(line, s, x, u, w, x, 0, h, 0, to, to, inf, lead)
         at, lead, sums = to, part.lead, counted(sums, part)
+        if cut >= 0:
+            beyond = max(beyond, again(line, w))
         if broken >= 0:
             cut = broken
             line = at_fraction(p, line, x, u, h, at / d.shortest, cut)
@@ -269,8 +272,8 @@ def march(p, t, x, u, w, h):
     if rough or sums.excess > 1.0:
         calm(line, x, w, h)
     return Account(
-        sums.iterations, sums.excess, sums.residual, sums.excess <= 1.0, sums.error, sums.snap, sums.sub_steps, lead,
-        level, cut, line.scale, line.payout, line.payout_change,
+        sums.iterations, sums.excess, sums.residual, sums.excess <= 1.0, sums.error, sums.snap, sums.sub_steps, beyond,
+        lead, level, cut, line.scale, line.payout, line.payout_change,
     )  # fmt: skip
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from math import pi
 from typing import TYPE_CHECKING
 
 from components.contract import Term
+from components.tether.cable.table import penalty, spans
 
 if TYPE_CHECKING:
     from components.tether.cable.model import Cable
@@ -17,20 +17,23 @@ def terms(cable: Cable) -> tuple[Term, ...]:
 
 
 def _line(cable: Cable) -> tuple[Term, ...]:
-    ea, ei, tau = cable.axial_stiffness, cable.bending_stiffness, cable.damping_time
-    stiffest = max([ei, *(s.bending_stiffness or 0.0 for s in cable.sections)])
+    ea, tau, stiffest = cable.axial_stiffness, cable.damping_time, max(s.stiff for s in spans(cable))
+    told = "no axial_stiffness" if ea is None else f"axial_stiffness is {ea:g} N"
+    if ea is None and (cable.bond_a or cable.bond_b):
+        ea = penalty(cable)
+        told += f", which is {ea:.3g} N on a bond"
     return (
-        Term("stretching", ea is not None, "no axial_stiffness" if ea is None else f"axial_stiffness is {ea:g} N"),
+        Term("stretching", ea is not None, told),
         Term("slack", cable.slackens, "takes no compression" if cable.slackens else "takes compression"),
         Term("bending", stiffest > 0.0, f"bending_stiffness is {stiffest:g} N m^2"),
-        Term("internal damping", tau > 0.0, f"damping_time is {tau:g} s"),
+        Term("internal damping", tau > 0.0 and (ea is not None or stiffest > 0.0), f"damping_time is {tau:g} s"),
     )
 
 
 def _water(cable: Cable) -> tuple[Term, ...]:
-    rho, d, volume = cable.fluid_density, cable.drag_diameter, cable.volume_per_length
-    across, along = 0.5 * rho * d * cable.normal_drag, 0.5 * rho * d * pi * cable.tangential_drag
-    added = rho * volume * max(cable.normal_added_mass, cable.tangential_added_mass)
+    parts = spans(cable)
+    across, along = max(2.0 * s.drag_n / s.l0 for s in parts), max(2.0 * s.drag_t / s.l0 for s in parts)
+    added = max(2.0 * max(s.added_n, s.added_t) / s.l0 for s in parts)
     uniform, levels, waves = cable.current, len(cable.current_profile), len(cable.waves)
     told = f"{levels} levels" if levels else f"({uniform[0]:g}, {uniform[1]:g}, {uniform[2]:g}) m/s"
     heard = "; from the port current too" if cable.current_input else ""

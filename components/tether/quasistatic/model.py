@@ -94,7 +94,8 @@ def sizes(line: Quasistatic) -> Sizes:
 
 def terms(line: Quasistatic) -> tuple[Term, ...]:
     """What of the model is on."""
-    along, across = line.tangential_drag * line.drag_diameter, line.normal_drag * line.drag_diameter
+    pressure = line.fluid_density * line.drag_diameter
+    along, across = line.tangential_drag * pressure, line.normal_drag * pressure
     return (
         Term("normal drag", across > 0.0, f"normal_drag {line.normal_drag:g} on {line.drag_diameter:g} m"),
         Term("tangential drag", along > 0.0, f"tangential_drag {line.tangential_drag:g} on {line.drag_diameter:g} m"),
