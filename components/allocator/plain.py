@@ -11,6 +11,7 @@ from components.allocator.thrusters import Thruster
 from components.contract import Parameters, Port, choice
 
 KINDS = ("azimuth", "tunnel", "fixed")
+EXACT_ONLY = ("factors", "azimuth_rate", "thrust_rate", "zero_thrust_speed", "wake_diameter")
 
 
 class Plain(Parameters):
@@ -21,8 +22,8 @@ class Plain(Parameters):
     @model_validator(mode="after")
     def _fits(self) -> Plain:
         for i, thruster in enumerate(self.thrusters):
-            if thruster.kind not in KINDS or thruster.factors or thruster.azimuth_rate or thruster.thrust_rate:
-                raise ValueError(f"thrusters.{i}: rudders, factors and rates are for allocator.exact only")
+            if thruster.kind not in KINDS or any(getattr(thruster, name) for name in EXACT_ONLY):
+                raise ValueError(f"thrusters.{i}: rudders, factors, losses and rates are for allocator.exact only")
         return self
 
     def table(self) -> np.ndarray:

@@ -45,8 +45,21 @@ class Thruster(Parameters):
     forbidden: tuple[Arc, ...] = quantity("rad", "azimuths that an azimuth thruster may not have, clockwise", ())
     factors: tuple[ThrustFactor, ...] = choice("sectors with less thrust; they may not overlap", ())
     loss_factor: float = quantity("1", "thrust in place over that in open water, everywhere", 1.0, gt=0, le=1)
+    zero_thrust_speed: float | None = quantity(
+        "m/s",
+        "of the water against the thrust, at which the propeller gives none at full shaft speed, J_0 n D; none: moving "
+        "water makes no difference",
+        None,
+        gt=0,
+    )
+    zero_torque_speed: float | None = quantity(
+        "m/s", "the same for its torque; none: 1.15 times zero_thrust_speed", None, gt=0
+    )
+    wake_diameter: float | None = quantity(
+        "m", "of the propeller, whose jet takes thrust from those that it meets; none: it takes none", None, gt=0
+    )
     azimuth_rate: float | None = quantity("rad/s", "fastest turn; none: no limit", None, gt=0)
-    thrust_rate: float | None = quantity("N/s", "fastest change of thrust; none: no limit", None, gt=0)
+    thrust_rate: float | None = quantity("N/s", "fastest change of thrust, before losses; none: no limit", None, gt=0)
 
     @model_validator(mode="after")
     def _kind_fits(self) -> Thruster:

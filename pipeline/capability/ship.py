@@ -15,7 +15,7 @@ from pipeline.errors import Place, Problem, ScenarioError
 from pipeline.parameters import Given
 from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, plain, read_text
 
-KEYS = ("name", "loads", "thrusters", "failures", "weights")
+KEYS = ("name", "loads", "thrusters", "switchboards", "failures", "weights")
 # Keys of the DP Capability Tool's files, whose numbers have no units: the parameter's name and the unit.
 PUBLISHED = {
     "type": ("kind", ""),
@@ -81,7 +81,39 @@ def _allocator(tree: Table, folder: Path, problems: list[Problem]) -> tuple[list
     given = {"thrusters": Given(Items(tuple(rows), items.place), tree.keys["thrusters"], folder)}
     if "weights" in tree.entries:
         given["weights"] = Given(tree.entries["weights"], tree.keys["weights"], folder)
+    if "switchboards" in tree.entries:
+        boards = _switchboards(tree.entries["switchboards"], names, problems)
+        given["switchboards"] = Given(boards, tree.keys["switchboards"], folder)
     return names, parameters.build(Exact, given, tree.place, "", problems)
+
+
+def _switchboards(value: Tree, names: list[str], problems: list[Problem]) -> Tree:
+    """The list of switchboards with their thrusters' names as places in the list of thrusters."""
+    if not isinstance(value, Items):
+        problems.append(
+            Problem(value.place, "switchboards", "expected a list of {thrusters: [Th1], spare_power: 5 MW}")
+        )
+        return Items((), value.place)
+    found: list[Tree] = []
+    for b, board in enumerate(value.items):
+        fed = board.entries.get("thrusters") if isinstance(board, Table) else None
+        if not isinstance(board, Table) or not isinstance(fed, Items):
+            problems.append(
+                Problem(board.place, below("switchboards", b), "expected {thrusters: [Th1], spare_power: 5 MW}")
+            )
+            continue
+        places: list[Tree] = []
+        for item in fed.items:
+            name = str(plain(item))
+            if name in names:
+                places.append(Scalar(names.index(name), item.place))
+            else:
+                text = f"'{name}' is no thruster{closest(name, names)}"
+                problems.append(Problem(item.place, below("switchboards", b, "thrusters"), text))
+        if len(places) == len(fed.items):
+            entries = {**board.entries, "thrusters": Items(tuple(places), fed.place)}
+            found.append(Table(entries, board.keys, board.place))
+    return Items(tuple(found), value.place)
 
 
 def _name(item: Tree, i: int, before: list[str], problems: list[Problem]) -> str:

@@ -25,6 +25,10 @@ class Holding:
         self._vectors = [sizes, *(np.zeros(int(n)) for n in sizes[1:5])]
         self._addresses = [vector.ctypes.data for vector in self._vectors]
         self._init = _FUNCTION(self._entries.init)
+        given, at = COMPONENT.defaults(changed), 0
+        for port in COMPONENT.inputs(changed):
+            self._vectors[1][at : at + port.size] = given.get(port.name, (0.0,) * port.size)
+            at += port.size
         at = 0
         for port in COMPONENT.outputs(changed):
             if port.name == "met":
@@ -33,6 +37,6 @@ class Holding:
 
     def holds(self, load: np.ndarray) -> bool:
         """Whether they can give the opposite of the load (surge, sway [N], yaw [N m])."""
-        self._vectors[1][:] = -load
+        self._vectors[1][:3] = -load
         self._init(0, _PERIOD_NS, *self._addresses)
         return self._vectors[3][self._met] == 1.0

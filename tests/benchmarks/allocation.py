@@ -15,18 +15,23 @@ from scipy import sparse
 
 from components.allocator.exact.component import COMPONENT as EXACT
 from components.allocator.exact.convex_pieces import pieces
+from components.allocator.exact.model import Switchboard
 from components.allocator.exact.response import (
     A_REVERSE,
     DISC,
+    E0X,
+    E0Y,
     E1X,
     E1Y,
     E2X,
     E2Y,
     KIND,
+    LEAST,
     LINE,
     MOST,
     MOST_REVERSE,
     NOTHING,
+    SLICE,
     A,
     X,
     Y,
@@ -40,7 +45,7 @@ from components.contract import Component
 from pipeline.native_loop import call
 
 _FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 5)
-DEMANDS, EXHAUSTED = 300, 40  # against the conic optimum; and where all choices of sides are tried
+DEMANDS, EXHAUSTED, BOARDED = 300, 40, 1000  # against the conic optimum; all choices of sides tried; with boards
 REPEATS, CALLS = 5, 20
 SEED = 7
 
@@ -82,6 +87,17 @@ LAYOUTS = {
 }
 
 
+WEIGHTS = (1.0, 1.0, 10.0)  # of the miss: the parameters' default
+
+
+def two_boards(layout: tuple[Thruster, ...], part: float = 0.35) -> tuple[Switchboard, ...]:
+    """Every other thruster on one switchboard, the rest on another, each with a part of what they could draw."""
+    groups = [tuple(range(first, len(layout), 2)) for first in (0, 1)]
+    return tuple(
+        Switchboard(thrusters=group, spare_power=part * sum(layout[i].max_power for i in group)) for group in groups
+    )
+
+
 def open_water(layout: tuple[Thruster, ...]) -> tuple[Thruster, ...]:
     """The same without forbidden zones: a convex problem."""
     return tuple(thruster.model_copy(update={"forbidden": ()}) for thruster in layout)
@@ -101,6 +117,10 @@ class Allocator:
         self.component, self.parameters = component, component.parameters(**parameters)
         self.p = component.pack(self.parameters)
         self.u, self.x, self.y, self.w = (np.full(int(n), np.nan) for n in self.p[1:5])
+        given = component.defaults(self.parameters)
+        self.u[3:] = [
+            v for port in component.inputs(self.parameters)[2:] for v in given.get(port.name, (0.0,) * port.size)
+        ]
         self._entries = bind(component)
         self._step_ns, self._t_ns = round(step_s * 1e9), 0
         self._init, self._step = _FUNCTION(self._entries.init), _FUNCTION(self._entries.step)
@@ -108,9 +128,9 @@ class Allocator:
         self.call(self._init, (0.0, 0.0, 0.0))
 
     def call(self, function, demand) -> None:
-        """One call with a demand (surge, sway [N], yaw [N m])."""
+        """One call with a demand (surge, sway [N], yaw [N m]); other inputs stay as they are."""
         self.y[:] = self.w[:] = np.nan
-        self.u[:] = demand
+        self.u[:3] = demand
         assert function(self._t_ns, self._step_ns, *self._addresses) == 0
 
     def step(self, demand) -> None:
@@ -157,12 +177,15 @@ class Cone:
     """The same problem over one choice of convex pieces for Clarabel, in units of all thrusters together.
 
     Per thruster: force (2), thrust T, power T^(3/2) by a power cone. A LINE counts as two thrusters that push one way
-    each: they never both do at the optimum.
+    each: they never both do at the optimum. boards: of each switchboard its thrusters and what it has [W].
     """
 
-    def __init__(self, rows: list[np.ndarray], force: float, power: float, lever: float):
+    def __init__(
+        self, rows: list[np.ndarray], force: float, power: float, lever: float, boards: tuple[Switchboard, ...] = ()
+    ):
         self.rows = [way for row in rows for way in _ways(row)]
-        self.force, self.power, self.lever = force, power, lever
+        self.owners = [i for i, row in enumerate(rows) for _ in _ways(row)]
+        self.force, self.power, self.lever, self.boards = force, power, lever, boards
 
     def least_power(self, demand: np.ndarray) -> tuple[float | None, float]:
         """Power [W] that meets the demand, None if it cannot be met; seconds of the solver."""
@@ -174,6 +197,7 @@ class Cone:
             self._set(problem, row, fx, fy, T)
             problem.power(P, T)
             problem.cost[P] = self._a(row)
+        self._feed(problem)
         problem.rhs[0] = self._scaled(demand)
         status, value, seconds = problem.solve()
         return (value * self.power if status in ("Solved", "AlmostSolved") else None), seconds
@@ -181,18 +205,31 @@ class Cone:
     def least_miss(self, demand: np.ndarray, weights: tuple[float, float, float]) -> float:
         """The weighted miss [of all thrusters' force]."""
         n = len(self.rows)
-        problem = _Problem(3 * n + 1)
-        matrix = np.zeros((3, 3 * n + 1))
+        problem = _Problem(5 * n + 1)
+        matrix = np.zeros((3, 5 * n + 1))
         for i, row in enumerate(self.rows):
-            fx, fy, T = range(3 * i, 3 * i + 3)
+            fx, fy, T, P = range(4 * i, 4 * i + 4)
             self._balance(matrix, row, fx, fy)
             self._set(problem, row, fx, fy, T)
-        block = np.zeros((4, 3 * n + 1))
+            if self.boards:
+                problem.power_by_roots(P, T, 4 * n + i)
+        self._feed(problem)
+        block = np.zeros((4, 5 * n + 1))
         block[0, -1] = -1.0
         block[1:] = -np.array(weights)[:, None] * matrix
         problem.add(block, np.r_[0.0, -np.array(weights) * self._scaled(demand)], clarabel.SecondOrderConeT(4))
         problem.cost[-1] = 1.0
         return problem.solve()[1]
+
+    def miss(self, force: np.ndarray, weights: tuple[float, float, float]) -> float:
+        """Weighted size of a force (surge, sway [N], yaw [N m]) that is missed [of all thrusters' force]."""
+        return float(np.linalg.norm(np.array(weights) * self._scaled(force)))
+
+    def _feed(self, problem: _Problem) -> None:
+        """The boards' thrusters together within what each has."""
+        for board in self.boards:
+            fed = [i for i, owner in enumerate(self.owners) if owner in board.thrusters]
+            problem.below({4 * i + 3: self._a(self.rows[i]) for i in fed}, board.spare_power / self.power)
 
     def _scaled(self, demand: np.ndarray) -> np.ndarray:
         return demand / np.array([self.force, self.force, self.force * self.lever])
@@ -216,6 +253,8 @@ class Cone:
         elif row[KIND] not in (DISC, NOTHING):
             problem.below({fx: e1y, fy: -e1x}, 0.0)
             problem.below({fx: -e2y, fy: e2x}, 0.0)
+        if row[KIND] == SLICE:
+            problem.below({fx: -row[E0X], fy: -row[E0Y]}, -row[LEAST] / self.force)
 
 
 def _ways(row: np.ndarray) -> list[np.ndarray]:
@@ -267,6 +306,18 @@ class _Problem:
         block[0, P] = block[2, T] = -1.0
         self.add(block, np.array([0.0, 1.0, 0.0]), clarabel.PowerConeT(2.0 / 3.0))
 
+    def power_by_roots(self, P: int, T: int, root: int) -> None:
+        """T^(3/2) <= P by second-order cones, with which the solver gets on where its power cones stall.
+
+        T^2 <= P s and s^2 <= T, each as |(2 a, b - c)| <= b + c for a^2 <= b c.
+        """
+        block = np.zeros((3, self.size))
+        block[0, [P, root]], block[1, T], block[2, [P, root]] = -1.0, -2.0, (-1.0, 1.0)
+        self.add(block, np.zeros(3), clarabel.SecondOrderConeT(3))
+        block = np.zeros((3, self.size))
+        block[0, T], block[1, root], block[2, T] = -1.0, -2.0, -1.0
+        self.add(block, np.array([1.0, 0.0, -1.0]), clarabel.SecondOrderConeT(3))
+
     def solve(self) -> tuple[str, float, float]:
         settings = clarabel.DefaultSettings()
         settings.verbose = False
@@ -278,12 +329,12 @@ class _Problem:
         return str(solution.status), float(solution.obj_val), time.perf_counter() - began
 
 
-def cones(layout: tuple[Thruster, ...]) -> Iterator[Cone]:
+def cones(layout: tuple[Thruster, ...], boards: tuple[Switchboard, ...] = ()) -> Iterator[Cone]:
     """One problem for each choice of pieces of all thrusters."""
     force, power = sum(t.max_thrust for t in layout), sum(t.max_power for t in layout)
     lever = max(float(np.sqrt(np.mean([t.x**2 + t.y**2 for t in layout]))), 1.0)
     for rows in itertools.product(*(pieces(thruster) for thruster in layout)):
-        yield Cone(list(rows), force, power, lever)
+        yield Cone(list(rows), force, power, lever, boards)
 
 
 def _miss(allocator: Allocator, layout: tuple[Thruster, ...], demand: np.ndarray, cone: Cone) -> float:
@@ -333,6 +384,40 @@ def _least(problems: list[Cone], demand: np.ndarray) -> tuple[float | None, floa
     return min(powers, default=None), sum(seconds for _, seconds in found)
 
 
+def total(allocator: Allocator, layout: tuple[Thruster, ...]) -> np.ndarray:
+    """(3,) surge, sway [N] and yaw [N m] of the commands themselves."""
+    f = allocator.forces
+    return np.array([*f.sum(axis=0), sum(t.x * fy - t.y * fx for t, (fx, fy) in zip(layout, f, strict=True))])
+
+
+def _board_rows(name: str, layout: tuple[Thruster, ...]) -> list[dict]:
+    """Two switchboards with limited power; `residual`: the weighted miss above the least of demands beyond them."""
+    boards = two_boards(layout)
+    allocator, cone = Allocator(thrusters=layout, switchboards=boards), next(cones(layout, boards))
+    wanted, above, residual, seconds, overload = demands(layout, BOARDED), [0.0], [0.0], [], 0.0
+    for demand in wanted:
+        allocator.step(demand)
+        least, spent = cone.least_power(demand)
+        seconds.append(spent)
+        overload = max(overload, float((allocator["board.power"] / allocator.u[3:]).max()))
+        if allocator["met"] == 1.0 and least is not None:
+            above.append((allocator["power"].sum() - least) / max(least, 1e-4 * cone.power))
+        else:
+            residual.append(cone.miss(total(allocator, layout) - demand, WEIGHTS) - cone.least_miss(demand, WEIGHTS))
+    us = allocator.microseconds(wanted[:200])
+    row = {
+        "case": f"{name}, boards",
+        "method": EXACT.name,
+        "error": float(np.median(above)),
+        "largest": max(above),
+        "residual": max(residual),
+        "overload": overload,
+        "us": float(np.median(us)),
+        "slowest_us": float(us.max()),
+    }
+    return [row, _conic_row(row["case"], seconds)]
+
+
 def rows() -> list[dict]:
     """Four layouts with and without zones; with them the semi-submersible's 4096 choices are left to the tests."""
     table = []
@@ -345,6 +430,7 @@ def rows() -> list[dict]:
             methods = (EXACT, PUBLISHED, NEWTON, QUADRATIC)
             table += [_method_row(case, some, component, wanted, least) for component in methods]
             table.append(_conic_row(case, [seconds for _, seconds in found]))
+        table += _board_rows(name, open_water(layout))
     common = {
         "error_unit": "power above the least, part of it, median of demands that can be met; negative where it is not",
         "reference": "Clarabel, power cones, gap 1e-11; with zones the best of all choices of sides",

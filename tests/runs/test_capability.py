@@ -91,6 +91,11 @@ def test_json_and_picture(tmp_path, capsys):
         (("loads: dp_tool_loads.csv", "loads: nowhere.csv"), "nowhere.csv: cannot be read"),
         (("loads: dp_tool_loads.csv", "load: dp_tool_loads.csv"), "load: unknown key; did you mean 'loads'?"),
         (("thrusters:", "failures: {bus: [Th9]}\nthrusters:"), "'Th9' is no thruster"),
+        (("thrusters:", "switchboards: {A: 5 MW}\nthrusters:"), "switchboards: expected a list of {thrusters: [Th1]"),
+        (
+            ("thrusters:", "switchboards: [{thrusters: [Th1, Th9], spare_power: 5 MW}]\nthrusters:"),
+            "switchboards[0].thrusters: 'Th9' is no thruster; did you mean",
+        ),
     ],
 )
 def test_mistakes_are_told_with_place_and_remedy(change, message, tmp_path, capsys):
@@ -136,3 +141,19 @@ def test_failures_of_groups_and_units_of_our_own(tmp_path):
     assert found.winds["board A"][0] == pytest.approx(10.0 / 3.0)
     assert found.winds["board B"][0] == pytest.approx(20.0 / 3.0)
     assert found.worst == ["board A"]
+
+
+def test_a_switchboard_limits_the_wind_that_is_held(tmp_path):
+    """3 MW for three thrusters of 100 kN ahead hold 300 kN; 1.5 MW hold (1 / 2)^(2/3) of it, spread evenly."""
+    (tmp_path / "loads.csv").write_text("wind_speed_m_s,heading_deg,surge_N,sway_N,yaw_Nm\n0,0,0,0,0\n10,0,-3e5,0,0\n")
+    path = tmp_path / "ship.yaml"
+    path.write_text(
+        "loads: loads.csv\nswitchboards: [{thrusters: [c, a, b], spare_power: 1.5 MW}]\nthrusters:\n"
+        + "".join(
+            f"  - {{name: {name}, kind: azimuth, x: {x} m, y: 0 m, max_thrust: 100 kN, max_power: 1 MW}}\n"
+            for name, x in (("a", -20), ("b", 0), ("c", 20))
+        )
+    )
+    found = capability(read_ship(path), lambda _: None)
+    assert found.winds[INTACT][0] == pytest.approx(10.0 * 0.5 ** (2.0 / 3.0), rel=1e-6)
+    assert found.winds["a"][0] == pytest.approx(10.0 * 2.0 / 3.0 * 0.75 ** (2.0 / 3.0), rel=1e-6)

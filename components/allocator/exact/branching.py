@@ -8,6 +8,7 @@ pieces is given each of them in turn, the nearest first (Land and Doig 1960, Eco
 
 from math import hypot, inf, sqrt
 
+from components.allocator.exact.boards import pin
 from components.allocator.exact.convex import allocate
 from components.allocator.exact.response import (
     DISC,
@@ -81,8 +82,8 @@ def undecided(cover, pieces, first, choice, f):
 
 @kernel
 def is_better(miss, power, best, margin):
-    """Whether (miss, power) is below the best found, whose power it must undercut by the part `margin`."""
-    if miss < best[0] - SAME_MISS:
+    """Whether (miss, power) is below the best found, whose miss or power it must undercut by the part `margin`."""
+    if miss < best[0] * (1.0 - margin) - SAME_MISS:
         return True
     return miss <= best[0] + SAME_MISS and power < best[1] * (1.0 - margin)
 
@@ -142,18 +143,21 @@ def begin(stack, price, last, choice):
 
 
 @kernel
-def search(cover, pieces, first, tau, misses, price, last, margin, most, sets, trial, f, choice, stack, best, best_f):
+def search(
+    cover, pieces, first, tau, misses, price, last, margin, most, boards, sets, trial, f, choice, stack, best, best_f
+):
     """The best allocation over all choices of pieces; (nodes visited, whether none was left).
 
-    last: (n,) the choice to keep unless another needs less power by the part `margin`, OPEN where it does not matter;
-    then the choice found. price (3): a start, and the result. most: nodes that may be visited.
+    last: (n,) the choice to keep unless another misses less or needs less power by the part `margin`, OPEN for none;
+    then the choice found. price (3): a start, and the result. most: nodes that may be visited, after the first choice
+    is found, which takes n + 2 at most. boards: rows of boards.py, none where their power does not matter.
     sets (n, SET), trial (9), f (n, 2), choice (n), stack (*, 4 + n): scratch.
     best: (5) miss, power, prices; best_f: (n, 2) forces.
     """
     visited = 0
     best[0], best[1] = inf, inf
     top, has_last = begin(stack, price, last, choice)
-    while top > 0 and visited < most:
+    while top > 0 and (visited < most or best[0] == inf):
         top -= 1
         if stack[top, 3] > best[0] + SAME_MISS:
             continue
@@ -163,7 +167,8 @@ def search(cover, pieces, first, tau, misses, price, last, margin, most, sets, t
         for i in range(choice.shape[0]):
             choice[i] = stack[top, 4 + i]
         choose(sets, cover, pieces, first, choice)
-        miss = allocate(sets, tau, misses, price, trial, f, stack[top, 3] == 0.0)
+        pin(sets, boards)
+        miss = allocate(sets, tau, misses, price, trial, f, boards, stack[top, 3] == 0.0)
         power = total_power(sets, f)
         if not is_better(miss, power, best, margin if has_last else GAIN):
             continue

@@ -1,16 +1,17 @@
 """Writes an allocation's outputs in SI: commands, what they achieve, and which limits were active."""
 
-from math import sqrt
+from math import cos, sin, sqrt
 
-from components.allocator.exact.model import COUNT, FORCE, LEVER, POWER
-from components.allocator.exact.reach import lies_in
+from components.allocator.exact.losses import STOPS, past, still
+from components.allocator.exact.model import BOARDS, COUNT, DEMAND, FLAGS, FORCE, LEVER, POWER
+from components.allocator.exact.reach import lies_in, own_piece
 from components.allocator.exact.response import (
+    BOARD,
     E1X,
     E1Y,
     E2X,
     E2Y,
     KIND,
-    LINE,
     MOST,
     MOST_REVERSE,
     SECTOR,
@@ -21,18 +22,6 @@ from components.allocator.exact.response import (
 from components.compiled import kernel
 
 NEAR = 1e-9  # of the sum of largest thrusts
-
-
-@kernel
-def own_piece(pieces, first, i, azimuth, thrust):
-    """The piece that thruster i works in: of those with the azimuth the one that gives most, else the first."""
-    found, most = int(first[i]), -1.0
-    for j in range(int(first[i]), int(first[i + 1])):
-        if pieces[j, KIND] == LINE and (thrust < 0.0 or first[i + 1] - first[i] == 1.0):
-            return j
-        if lies_in(pieces, j, azimuth) and pieces[j, MOST] > most:
-            found, most = j, pieces[j, MOST]
-    return found
 
 
 @kernel
@@ -52,7 +41,7 @@ def is_edge(pieces, first, i, fx, fy):
 
 @kernel
 def write_commands(q, pieces, first, x, y, best_f):
-    """y up to its four flags, from the state x; best_f (n, 2): the optimum without limits of rate."""
+    """y up to the limits of rate, from the state x; best_f (n, 2): the optimum without limits of rate."""
     n, F, L = int(q[COUNT]), q[FORCE], q[LEVER]
     total_x = total_y = moment = 0.0
     for i in range(n):
@@ -71,3 +60,32 @@ def write_commands(q, pieces, first, x, y, best_f):
         gone = abs(fx - best_f[i, 0]) + abs(fy - best_f[i, 1])
         y[at + 2 * n] = 1.0 if gone > 1e3 * NEAR else 0.0
     y[3 * n], y[3 * n + 1], y[3 * n + 2] = F * total_x, F * total_y, F * L * moment
+
+
+@kernel
+def write_still(q, pieces, first, losing, water, wakes, x, y):
+    """What the shafts would give in still and open water; pieces: without the losses, wakes (n,)."""
+    n = int(q[COUNT])
+    for i in range(n):
+        thrust, azimuth = x[3 * n + i], x[2 * n + i]
+        j = own_piece(pieces, first, i, azimuth, thrust)
+        most = pieces[j, MOST_REVERSE] if thrust < 0.0 else pieces[j, MOST]
+        sign = -1.0 if thrust < 0.0 else 1.0
+        speed = past(water, pieces[j, X], pieces[j, Y], sign * cos(azimuth), sign * sin(azimuth))
+        is_idle = thrust == 0.0 or most == 0.0
+        shaft = 0.0 if is_idle else still(abs(thrust) / wakes[i], most, speed, losing[i, STOPS])
+        y[6 * n + 3 + i] = sign * q[FORCE] * shaft
+
+
+@kernel
+def write_boards(q, pieces, first, u, y):
+    """What the boards give, from the thrusters' powers in y, and whether that is all they have."""
+    n, count = int(q[COUNT]), int(q[BOARDS])
+    at = y.shape[0] - FLAGS - 2 * count
+    for b in range(count):
+        power = 0.0
+        for i in range(n):
+            if pieces[int(first[i]), BOARD] == b:
+                power += y[2 * n + i]
+        y[at + b] = power
+        y[at + count + b] = 1.0 if power >= u[DEMAND + b] - NEAR * q[POWER] else 0.0

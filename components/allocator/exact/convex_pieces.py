@@ -8,6 +8,7 @@ import numpy as np
 
 from components.allocator.exact.response import (
     A_REVERSE,
+    BOARD,
     DISC,
     E1X,
     E1Y,
@@ -20,6 +21,7 @@ from components.allocator.exact.response import (
     NOTHING,
     SECTOR,
     SET,
+    UNFED,
     A,
     X,
     Y,
@@ -65,6 +67,7 @@ def _row(thruster: Thruster, kind: float = NOTHING, factor: float = 1.0) -> np.n
     most = thruster.max_thrust * thruster.loss_factor * factor
     row[[KIND, MOST, X, Y]] = kind, most, thruster.x, thruster.y
     row[[A, A_REVERSE]] = _coefficient(thruster.max_power, most)
+    row[BOARD] = UNFED
     return row
 
 

@@ -12,9 +12,10 @@ from components.compiled import kernel
 # What a row of a table of convex sets says. Two directions e1, e2 (clockwise from e1 to e2, at most half a turn apart).
 # a: coefficient of power, forward and, for a LINE, in reverse; X, Y: position of the thruster.
 # DISC: |f| <= MOST. SECTOR: of it between e1 and e2. LINE: along e1, from -MOST_REVERSE to MOST, either of which may be
-# negative. SLICE: a SECTOR, less than half a turn, of which f . e0 >= LEAST.
-KIND, E1X, E1Y, E2X, E2Y, MOST, A, MOST_REVERSE, A_REVERSE, X, Y, E0X, E0Y, LEAST, SET = range(15)
+# negative. SLICE: a SECTOR, less than half a turn, of which f . e0 >= LEAST. BOARD: the switchboard, or UNFED.
+KIND, E1X, E1Y, E2X, E2Y, MOST, A, MOST_REVERSE, A_REVERSE, X, Y, E0X, E0Y, LEAST, BOARD, SET = range(16)
 NOTHING, DISC, SECTOR, LINE, SLICE = 0.0, 1.0, 2.0, 3.0, 4.0
+UNFED = -1.0  # by any switchboard whose power is limited
 
 
 @kernel

@@ -2,25 +2,17 @@
 
 from components.allocator import plain
 from components.allocator.commands import write_commands
-from components.allocator.lagrange import ROW, WIDTH, least_quadratic
+from components.allocator.unlimited import lay_out, sizes, solve_quadratic
 from components.compiled import kernel
-from components.contract import HEADER, Component, Sizes
-from components.matrices import table
+from components.contract import HEADER, Component
 
 
 @kernel
 def allocate(p, u, x, y, w):
     """Allocate the demand."""
-    n = int(p[HEADER])
-    thrusters = table(p, HEADER + 1, n, WIDTH)
-    f, inverse, free = table(w, 0, n, 2), table(w, 2 * n, n, 3), table(w, 5 * n, n, 2)
-    S, b, rows = table(w, 7 * n, 3, 3), w[7 * n + 9 : 7 * n + 12], table(w, 0, 0, ROW)
-    if not least_quadratic(thrusters, rows, 0, u, inverse, free, S, b, f):
-        for i in range(n):
-            f[i, 0] = f[i, 1] = 0.0
-        write_commands(thrusters, f, x, y, 0.0)
-        return 0
-    write_commands(thrusters, f, x, y, 1.0)
+    is_solved = solve_quadratic(p, u, w)
+    thrusters, f, _, _, _, _, _ = lay_out(p, w)
+    write_commands(thrusters, f, x, y, 1.0 if is_solved else 0.0)
     return 0
 
 
@@ -41,7 +33,7 @@ COMPONENT = Component(
     parameters=plain.Plain,
     inputs=plain.inputs,
     outputs=plain.outputs,
-    sizes=lambda one: Sizes(state=len(one.thrusters), workspace=7 * len(one.thrusters) + 12),
+    sizes=sizes,
     init=init,
     step=step,
     assumptions="A cost of a T^2 with the a of T^(3/2), and no limits: thrusters may be asked for more than they have, "
