@@ -89,7 +89,7 @@ def test_each_sensor_fault_is_outlived(logs):
     assert loop.mistaken(200.0, 262.0).max() < 6.0  # a minute without any position
     assert set(gnss[3530:4000]) == {SAME, FROZEN}
     assert loop.mistaken(350.0, 400.0).max() < 1.5
-    assert set(gnss[4500:4800]) <= {WILD, SAME}
+    assert set(gnss[4510:4800]) <= {WILD, SAME}
     assert loop.mistaken(450.0, 480.0).max() < 1.5
     assert (log.port("observer", "status.compass")[5500:6000] == LOST).all()
     assert np.degrees(np.abs(loop.heading - np.radians(30.0))).max() < 2.0
