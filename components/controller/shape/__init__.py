@@ -1,0 +1,1 @@
+"""Control of a towed line by its two ends."""
