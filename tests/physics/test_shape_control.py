@@ -127,3 +127,13 @@ def test_ends_move_as_they_say(unit):
         middle = 0.5 * (velocity + last["left.velocity"])
         assert controller["left.position"] == pytest.approx(last["left.position"] + 0.1 * middle)
         last = {name: controller[name] for name in last}
+
+
+def test_planner_comes_nearer_to_the_circle_than_the_law(towed):
+    """From nearly straight, 100 s: largest error of the law 0.15 rad, of a plan 60 s ahead less than a third of it."""
+    start = np.linspace(0.3, -0.3, 10)
+    _, by_law, _ = towed(start, [(CIRCLE, 100.0)], gain=0.1)
+    _, by_plan, speeds = towed(start, [(CIRCLE, 100.0)], gain=0.1, horizon=60.0, knots=8, steps=30)
+    assert off(by_law[-1], CIRCLE) == pytest.approx(0.15, abs=0.02)
+    assert off(by_plan[-1], CIRCLE) < off(by_law[-1], CIRCLE) / 3
+    assert speeds.max() <= 2.0 + 1e-12

@@ -4,7 +4,19 @@ from components.compiled import kernel
 from components.contract import HEADER, Component
 from components.controller.shape import model
 from components.controller.shape.law import read_angles, steer
-from components.controller.shape.layout import EDGE, PLACE, SEGMENTS, TARGET, VELOCITY
+from components.controller.shape.layout import (
+    EDGE,
+    HORIZON,
+    KNOTS,
+    PLACE,
+    PLAN,
+    PLAN_DAMPING,
+    SEGMENTS,
+    STEPS,
+    TARGET,
+    VELOCITY,
+)
+from components.controller.shape.planning import FIRST, planned, replan
 from components.kinematics import wrapped
 from components.matrices import table
 
@@ -12,27 +24,39 @@ MOTION = 9
 
 
 @kernel
-def decide(q, u, w):
-    """Write the ends' velocities to the last four of w; largest error, and whether they are limited."""
+def decide(q, u, x, w, h):
+    """Write the ends' velocities to w[:4]; largest error, and whether the law's are limited. h: step [s], or 0."""
     n = int(q[SEGMENTS])
-    theta, wanted = w[:n], w[n : 2 * n]
+    theta, wanted = w[EDGE : EDGE + n], w[EDGE + n : EDGE + 2 * n]
     read_angles(table(u, 0, n + 1, 3), theta)
-    at = 2 * n
+    at = EDGE + 2 * n
     drag, sides = table(w, at, n, n), table(w, at + n * n, n, EDGE)
     at += n * n + EDGE * n
     rates, system = table(w, at, n, EDGE), table(w, at + EDGE * n, EDGE, EDGE + 1)
-    return steer(q, theta, wanted, drag, sides, rates, system, w[len(w) - EDGE :])
+    at += EDGE * n + EDGE * (EDGE + 1)
+    largest, is_limited = steer(q, theta, wanted, drag, sides, rates, system, w[:EDGE])
+    if q[HORIZON] > 0.0 and h > 0.0:
+        steps, many = int(q[STEPS]), EDGE * int(q[KNOTS])
+        moving, at = w[at : at + n], at + n
+        ways, at = table(w, at, many + 2, steps * n), at + (many + 2) * steps * n
+        normal, step = table(w, at, many, many), table(w, at + many * many, many, 1)
+        plan, trial = x[PLAN : PLAN + many], w[at + many * many : at + many * many + many]
+        x[PLAN_DAMPING] = replan(
+            q, theta, plan, x[PLAN_DAMPING], h, ways, normal, step, trial, moving, wanted, drag, sides, rates, system,
+            w[:EDGE],
+        )  # fmt: skip
+        planned(q, plan, 0.5 * h / q[HORIZON], w[:EDGE])
+    return largest, is_limited
 
 
 @kernel
 def write(q, u, x, h, w, largest, is_limited, y):
     """Move the ends and write all outputs; h: the step [s], nothing moves where it is zero."""
     n = int(q[SEGMENTS])
-    velocity = w[len(w) - EDGE :]
     for end in range(2):
         for k in range(2):
             j = 2 * end + k
-            before, after = x[VELOCITY + j], velocity[j] if h > 0.0 else 0.0
+            before, after = x[VELOCITY + j], w[j] if h > 0.0 else 0.0
             x[PLACE + j] += 0.5 * h * (before + after)
             x[VELOCITY + j] = after
             y[MOTION * end + k], y[MOTION * end + 3 + k] = x[PLACE + j], after
@@ -40,7 +64,7 @@ def write(q, u, x, h, w, largest, is_limited, y):
         y[MOTION * end + 2] = u[2] if end == 0 else u[3 * n + 2]
         y[MOTION * end + 5] = y[MOTION * end + 8] = 0.0
     for i in range(n):
-        y[2 * MOTION + i] = wrapped(q[TARGET + i] - w[i])
+        y[2 * MOTION + i] = wrapped(q[TARGET + i] - w[EDGE + i])
     y[2 * MOTION + n], y[2 * MOTION + n + 1] = largest, is_limited
 
 
@@ -49,9 +73,10 @@ def init(t_ns, dt_ns, p, u, x, y, w):
     q = p[HEADER:]
     n = int(q[SEGMENTS])
     x[PLACE], x[PLACE + 1], x[PLACE + 2], x[PLACE + 3] = u[0], u[1], u[3 * n], u[3 * n + 1]
-    for j in range(EDGE):
-        x[VELOCITY + j] = 0.0
-    largest, is_limited = decide(q, u, w)
+    for j in range(VELOCITY, len(x)):
+        x[j] = 0.0
+    x[PLAN_DAMPING] = FIRST
+    largest, is_limited = decide(q, u, x, w, 0.0)
     write(q, u, x, 0.0, w, largest, is_limited, y)
     return 0
 
@@ -59,7 +84,7 @@ def init(t_ns, dt_ns, p, u, x, y, w):
 def step(t_ns, dt_ns, p, u, x, y, w):
     """Move the ends by the law."""
     q = p[HEADER:]
-    largest, is_limited = decide(q, u, w)
+    largest, is_limited = decide(q, u, x, w, dt_ns * 1e-9)
     write(q, u, x, dt_ns * 1e-9, w, largest, is_limited, y)
     return 0
 
@@ -72,6 +97,7 @@ COMPONENT = Component(
     sizes=model.sizes,
     init=init,
     step=step,
+    terms=model.terms,
     assumptions="The line has equal rigid segments without inertia, and linear drag; boats go where they are told; "
     "with more than four segments not every shape can be reached.",
 )

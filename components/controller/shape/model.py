@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-from pydantic import model_validator
+from typing import Annotated
 
-from components.contract import Parameters, Port, Sizes, motion_ports, quantity
-from components.controller.shape.layout import STATES, scratch
+import numpy as np
+from pydantic import Field, model_validator
+
+from components.contract import Parameters, Port, Sizes, Term, choice, motion_ports, quantity
+from components.controller.shape.layout import EDGE, PLAN, law_scratch, plan_scratch
 
 MOST = 100
 
@@ -24,6 +26,12 @@ class Shape(Parameters):
     max_speed: float = quantity("m/s", "of the ends", tunable=True, gt=0)
     damping: float = quantity("1", "of the pseudo-inverse, over the root mean square of its columns", 0.01, ge=0)
 
+    horizon: float | None = quantity("s", "that is planned ahead; none: only the law's next step", None, gt=0)
+    knots: Annotated[int, Field(ge=2, le=20)] = choice("of the planned velocities", 8)
+    steps: Annotated[int, Field(ge=2, le=200)] = choice("of the line over the horizon", 40)
+    passes: Annotated[int, Field(ge=1)] = choice("by which each step betters the plan", 1)
+    effort: float = quantity("s^2/m^2", "of the ends' mean square speed, beside the mean square error", 1e-4, gt=0)
+
     @model_validator(mode="after")
     def _has_drag(self) -> Shape:
         if self.normal_drag < self.tangential_drag:
@@ -31,8 +39,9 @@ class Shape(Parameters):
         return self
 
     def vector(self) -> np.ndarray:
-        """Segments, length, drag (2), gain, max_speed, damping, angles."""
+        """Segments, length, drag (2), gain, max_speed, damping, horizon, knots, steps, passes, effort, angles."""
         numbers = [self.length, self.normal_drag, self.tangential_drag, self.gain, self.max_speed, self.damping]
+        numbers += [self.horizon or 0.0, self.knots, self.steps, self.passes, self.effort]
         return np.array([len(self.angles), *numbers, *self.angles], np.float64)
 
 
@@ -54,4 +63,14 @@ def outputs(shape: Shape) -> tuple[Port, ...]:
 
 def sizes(shape: Shape) -> Sizes:
     """See layout.py."""
-    return Sizes(state=STATES, workspace=scratch(len(shape.angles)))
+    n = len(shape.angles)
+    if shape.horizon is None:
+        return Sizes(state=PLAN, workspace=law_scratch(n))
+    scratch = law_scratch(n) + plan_scratch(n, shape.knots, shape.steps)
+    return Sizes(state=PLAN + EDGE * shape.knots, workspace=scratch)
+
+
+def terms(shape: Shape) -> tuple[Term, ...]:
+    """What can be off."""
+    planned = f"{shape.horizon} s ahead" if shape.horizon else "no horizon: Bhattacharya et al. 2011, eq. 25"
+    return (Term("planning", shape.horizon is not None, planned),)

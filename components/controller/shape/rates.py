@@ -18,34 +18,29 @@ THIN = 1e-9  # of its trace: below this the pull along a straight line is taken 
 def mobility(theta, segment, normal, tangential, drag, sides):
     """Write the drag matrix C (n, n) and H (n, 2) in the first two columns of sides (n, 4), G' in the other two.
 
-    theta: (n) angles clockwise from north [rad]; segment: length [m]; normal, tangential: c_S, c_V [N s/m^2].
+    theta: (n) angles clockwise from north [rad]; segment: length [m]; normal, tangential: c_S, c_V [N s/m^2]. A segment
+    drags along what is before it: from the last on, nn, ne and ee sum the drag per velocity of those behind it.
     """
     n = len(theta)
+    nn = ne = ee = 0.0
     for i in range(n):
-        for j in range(n):
-            drag[i, j] = 0.0
-        for j in range(4):
-            sides[i, j] = 0.0
-    for i in range(n):
-        c, s = cos(theta[i]), sin(theta[i])
-        # Drag per velocity of the segment's middle, along north and east.
-        nn = segment * (tangential * c * c + normal * s * s)
-        ne = segment * (tangential - normal) * c * s
-        ee = segment * (tangential * s * s + normal * c * c)
-        drag[i, i] += normal * segment * segment * segment / 12.0
-        for j in range(i + 1):
-            arm = segment if j < i else 0.5 * segment
-            jn, je = -arm * sin(theta[j]), arm * cos(theta[j])
-            fn, fe = nn * jn + ne * je, ne * jn + ee * je
-            sides[j, 0] += fn
-            sides[j, 1] += fe
-            for k in range(j + 1):
-                arm = segment if k < i else 0.5 * segment
-                term = arm * (fe * cos(theta[k]) - fn * sin(theta[k]))
-                drag[j, k] += term
-                if j != k:
-                    drag[k, j] += term
-        sides[i, 2], sides[i, 3] = -segment * s, segment * c
+        sides[i, 2], sides[i, 3] = -segment * sin(theta[i]), segment * cos(theta[i])
+    for j in range(n - 1, -1, -1):
+        jn, je = sides[j, 2], sides[j, 3]
+        c, s = je / segment, -jn / segment
+        own_nn = segment * (tangential * c * c + normal * s * s)
+        own_ne = segment * (tangential - normal) * c * s
+        own_ee = segment * (tangential * s * s + normal * c * c)
+        # Of the segment's turning, on what is behind and on half of its own length.
+        fn = (nn + 0.5 * own_nn) * jn + (ne + 0.5 * own_ne) * je
+        fe = (ne + 0.5 * own_ne) * jn + (ee + 0.5 * own_ee) * je
+        sides[j, 0], sides[j, 1] = fn, fe
+        drag[j, j] = (nn * jn + ne * je) * jn + (ne * jn + ee * je) * je + normal * segment * segment * segment / 3.0
+        for k in range(j):
+            drag[j, k] = drag[k, j] = fn * sides[k, 2] + fe * sides[k, 3]
+        nn += own_nn
+        ne += own_ne
+        ee += own_ee
 
 
 @kernel
@@ -89,10 +84,10 @@ def turning(theta, segment, normal, tangential, drag, sides, rates):
     solve(drag, sides)  # C^-1 H, C^-1 G'
     xx = xy = yy = 0.0
     for i in range(n):
-        s, c = -segment * sin(theta[i]), segment * cos(theta[i])
-        xx += s * sides[i, 2]
-        xy += s * sides[i, 3]
-        yy += c * sides[i, 3]
+        north, east = -segment * sin(theta[i]), segment * cos(theta[i])
+        xx += north * sides[i, 2]
+        xy += north * sides[i, 3]
+        yy += east * sides[i, 3]
     floor = THIN * (xx + yy)
     xx += floor
     yy += floor
