@@ -120,9 +120,11 @@ def _cosim(oscillator: Path) -> tuple[np.ndarray, float]:
     """The same of libcosim."""
     import fmpy
     from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
     from libcosimpy.CosimObserver import CosimObserver
     from libcosimpy.CosimSlave import CosimLocalSlave
 
+    log_output_level(CosimLogLevel.ERROR)  # on standard output, which is --json's
     execution = CosimExecution.from_step_size(1_000_000)
     slaves = [CosimLocalSlave(str(oscillator), name) for name in NAMES]
     index = [execution.add_local_slave(slave) for slave in slaves]
