@@ -139,8 +139,7 @@ def _seconds(run: Run, inputs: np.ndarray) -> float:
 
 
 def _built(name: str, path: Path, fmi: int) -> Path:
-    of = instance(f"{SCENARIO}#{name}", [])
-    path.write_bytes(build(of.component, of.parameters, of.seed, of.step_ns, of.start_ns, fmi))
+    path.write_bytes(build(instance(f"{SCENARIO}#{name}", []), fmi))
     return path
 
 

@@ -85,9 +85,8 @@ class Cable(Fmi3Slave):
 
 
 def _built(text: str, folder: Path) -> Path:
-    of = instance(str(SCENES / text), [])
     path = folder / f"{text.partition('#')[2]}.fmu"
-    path.write_bytes(build(of.component, of.parameters, of.seed, of.step_ns, of.start_ns, 2))
+    path.write_bytes(build(instance(str(SCENES / text), []), 2))
     return path
 
 

@@ -89,7 +89,7 @@ def fmu_of(tmp_path_factory) -> Callable[..., Path]:
             path = str(ROOT / "scenarios" / text) if "#" in text else text
             of = instance(path, overrides)
             made[key] = folder / f"{of.component.name}_{len(made)}_{fmi}.fmu"
-            made[key].write_bytes(build(of.component, of.parameters, of.seed, of.step_ns, of.start_ns, fmi))
+            made[key].write_bytes(build(of, fmi))
         return made[key]
 
     return fmu

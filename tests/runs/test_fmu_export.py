@@ -278,6 +278,23 @@ def test_ports_are_named_with_units_and_shapes(fmi, fmu_of):
     assert (newton.kg, newton.m, newton.s) == (1, 1, -2)
 
 
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_inputs_start_as_the_scenario_says(fmi, fmu_of):
+    """rov_dive pushes its ROV by constants, its current comes by a direct wire; a delay closes van_der_pol's ring."""
+
+    def starts(text: str, *names: str) -> list[float]:
+        listed = fmpy.read_model_description(str(fmu_of(text, fmi))).modelVariables
+        found = {v.name: v.start for v in listed if v.name.partition("[")[0] in names}
+        return [float(word) for start in found.values() for word in start.split()]
+
+    assert starts("rov_dive.yaml#rov", "thrust.force", "current") == [25, 5, 4, 0, 0, 0]
+    assert starts("van_der_pol.yaml#a", "neighbour") == [-2]
+    slave = Slave(fmu_of("van_der_pol.yaml#a", fmi), 0.001)
+    get = slave.fmu.getReal if fmi == 2 else slave.fmu.getFloat64
+    assert list(get([slave.references["neighbour"]])) == [-2]
+    slave.fmu.freeInstance()
+
+
 def test_same_component_gives_the_same_file(fmu_of, tmp_path):
     """From a process of its own, which may compile in another order."""
     out = tmp_path / "again.fmu"

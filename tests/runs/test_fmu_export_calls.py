@@ -190,6 +190,7 @@ def test_outputs_that_init_cannot_give_yet_are_zero_with_a_warning(tether):
         assert instance.set(tether.inputs, [1e300 * value for value in hand(0)]) == OK
         assert not instance.get(tether.outputs, WARNING).any()
         assert not instance.get(tether.outputs, WARNING).any()
+        assert "the outputs are zero until" in tether.said.pop()
         assert "tether.cable stopped at t = 0.000000000 s" in tether.said.pop()
         assert not tether.said  # told once, and init called once, however many variables are read one by one
     assert one("ExitInitializationMode") == ERROR

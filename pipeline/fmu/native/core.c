@@ -150,6 +150,8 @@ Status initialize(Instance *instance, Status failure) {
         state->is_known = call(instance, kernel_init, failure, state->t_ns, STEP_NS) == OK;
         if (!state->is_known)
             memset(state->y, 0, sizeof state->y);
+        if (!state->is_known && failure == WARNING)
+            report(instance, WARNING, "the outputs are zero until inputs and parameters are set with which they are known");
         state->is_stale = 0;
     }
     return state->is_known ? OK : failure;
