@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -217,7 +218,8 @@ def test_component_alone_in_libcosim_has_the_native_bits(which, fmu_of, native, 
     asked = {"path": str(path), "step_ns": of.step_ns, "steps": COSIM_STEPS, "out": str(out), "outputs": outputs}
     asked["inputs"] = list(zip(inputs, u, strict=True))
     words = [sys.executable, str(ROOT / "tests" / "fmus" / "cosim_alone.py"), json.dumps(asked)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=COSIM_LIMIT_S)
+    environment = os.environ | {"TMPDIR": str(tmp_path)}  # libcosim leaves what it extracts where it is ended
+    done = subprocess.run(words, capture_output=True, text=True, timeout=COSIM_LIMIT_S, env=environment)
     assert done.returncode == 0, f"{text}: {done.stderr[-1000:]}"
     assert np.array(json.loads(out.read_text())).tobytes() == expected.tobytes(), text
 
