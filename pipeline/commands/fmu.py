@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from rich.table import Table
@@ -54,7 +55,7 @@ def _build(arguments: argparse.Namespace) -> int:
     if not 0 <= seed < 2**64:
         raise TowlineError(f"--seed: {seed}; expected a whole number from 0 to 2^64 - 1")
     out = arguments.out or Path(f"{chosen.component.name}.fmu")
-    archive = build(chosen.component, chosen.parameters, seed, step_ns, chosen.start_ns, arguments.fmi)
+    archive = build(replace(chosen, seed=seed, step_ns=step_ns), arguments.fmi)
     try:
         out.write_bytes(archive)
     except OSError as error:

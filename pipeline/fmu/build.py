@@ -14,6 +14,7 @@ from pathlib import Path
 from components.contract import Component, Parameters
 from pipeline.errors import TowlineError
 from pipeline.fmu.description import Experiment, description
+from pipeline.fmu.instance import Instance
 from pipeline.fmu.machine_code import object_code
 from pipeline.fmu.platforms import folder_here
 from pipeline.fmu.source import header, tables
@@ -30,13 +31,11 @@ COMPILING_S = 120  # far above the second or two that it takes
 EPOCH = (1980, 1, 1, 0, 0, 0)  # of the archive's members, so that the same component gives the same file
 
 
-def build(component: Component, parameters: Parameters, seed: int, step_ns: int, start_ns: int, fmi: int) -> bytes:
-    """The archive of an FMI 2.0 or 3.0 co-simulation FMU.
-
-    step_ns: the step that init is told, and the default experiment's. Raises TowlineError.
-    """
-    experiment = Experiment(step_ns, start_ns, has_bond(component, parameters))
-    found = contents(component, parameters, seed)
+def build(of: Instance, fmi: int) -> bytes:
+    """The archive of an FMI 2.0 or 3.0 co-simulation FMU. Raises TowlineError."""
+    component, step_ns = of.component, of.step_ns
+    experiment = Experiment(step_ns, of.start_ns, has_bond(component, of.parameters))
+    found = contents(component, of.parameters, of.seed, of.inputs)
     variables = elements(found.variables) if fmi == 2 else (independent(found.variables), *found.variables)
     _check_names(variables)
     identifier = re.sub(r"\W", "_", component.name, flags=re.ASCII)

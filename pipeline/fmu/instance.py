@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from components.contract import Component, Parameters
 from pipeline import catalogue, parameters
 from pipeline.errors import Place, Problem, ScenarioError, TowlineError
@@ -23,13 +25,18 @@ OPTION = Place("--param")
 
 @dataclass(frozen=True)
 class Instance:
-    """A component with its parameters, seed, step and time of init [ns]."""
+    """A component with its parameters, seed, step and time of init [ns].
+
+    step_ns: what init is told, and the default experiment's.
+    inputs: (n_u,) what they start with, or none for zero.
+    """
 
     component: Component
     parameters: Parameters
     seed: int = 0
     step_ns: int = DEFAULT_STEP_NS
     start_ns: int = 0
+    inputs: tuple[float, ...] = ()
 
 
 def instance(text: str, overrides: Sequence[str]) -> Instance:
@@ -50,7 +57,20 @@ def _of_scenario(path: str, name: str, overrides: Sequence[str]) -> Instance:
     if name not in nodes:
         raise TowlineError(f"{path} has no component '{name}'{catalogue.closest(name, list(nodes))}")
     node = nodes[name]
-    return Instance(node.component, node.parameters, node.seed, node.period * graph.base_ns, graph.start_ns)
+    step_ns = node.period * graph.base_ns
+    return Instance(node.component, node.parameters, node.seed, step_ns, graph.start_ns, _known_inputs(node))
+
+
+def _known_inputs(node: Node) -> tuple[float, ...]:
+    """What the scenario says of the inputs at t0: constants, and what delayed wires carry first; others zero."""
+    u = np.zeros(sum(port.size for port in node.inputs))
+    is_known = np.ones(len(u), bool)
+    for term in node.terms:
+        span = slice(term.target, term.target + term.count)
+        is_known[span] &= term.delayed or term.gain == 0.0
+        before = 0.0 if term.assigns else u[span]
+        u[span] = before + term.gain * np.array(term.initial or 0.0) + np.array(term.offset or 0.0)
+    return tuple(np.where(is_known, u, 0.0).tolist())
 
 
 def _of_model(model: str, overrides: Sequence[str]) -> Instance:

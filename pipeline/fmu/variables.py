@@ -70,12 +70,15 @@ class Contents:
     formulas: Formulas
 
 
-def contents(component: Component, parameters: Parameters, seed: int) -> Contents:
-    """Inputs, outputs, parameters that can be set, and those that are fixed; empty ports are left out."""
+def contents(component: Component, parameters: Parameters, seed: int, inputs: tuple[float, ...] = ()) -> Contents:
+    """Inputs, outputs, parameters that can be set, and those that are fixed; empty ports are left out.
+
+    inputs: (n_u,) start values, or none for zero.
+    """
     found = formulas(component, parameters)
     has_seed = bool({"SEED_HIGH", "SEED_LOW"} & names_in(component))
     variables = [
-        *_ports(component.inputs(parameters), "input"),
+        *_ports(component.inputs(parameters), "input", inputs),
         *_ports(component.outputs(parameters), "output"),
         *_settable(parameters, found),
         *(_seed(seed, len(found.settable)) if has_seed else ()),
@@ -101,10 +104,11 @@ def elements(variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
     return tuple(found)
 
 
-def _ports(ports: tuple[Port, ...], role: Role) -> list[Variable]:
+def _ports(ports: tuple[Port, ...], role: Role, inputs: tuple[float, ...] = ()) -> list[Variable]:
     found, first = [], 0
     for port in ports:
-        start = (0.0,) * port.size if role == "input" else ()
+        zero = (0.0,) * port.size if role == "input" else ()
+        start = inputs[first : first + port.size] or zero
         if port.size:
             found.append(
                 Variable(port.name, role, port.unit, port.shape, port.description, start, first, frame=port.frame)

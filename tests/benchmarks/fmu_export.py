@@ -1,4 +1,7 @@
-"""What a step of the pool chain's cable costs as native code, and as an exported FMU called by pointer and by fmpy."""
+"""What a step of the pool chain's cable costs as native code, and as an exported FMU called by pointer and by fmpy.
+
+And what libcosim, which steps all FMUs at once, makes of the scene's direct wires: the ends come a step late.
+"""
 
 from __future__ import annotations
 
@@ -26,6 +29,7 @@ from pipeline.wiring import build_graph
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "pool_chain.yaml"
 STEPS = 2000
 REPEATS = 5
+IN_LIBCOSIM = 50  # steps: a second
 KERNEL = c.CFUNCTYPE(c.c_int64, c.c_int64, c.c_int64, *[c.c_void_p] * 5)
 
 Run = Callable[[np.ndarray], np.ndarray]  # outputs (k, n_y) of steps with the inputs (k, n_u), the first being init's
@@ -134,20 +138,71 @@ def _seconds(run: Run, inputs: np.ndarray) -> float:
     return time.perf_counter() - began
 
 
+def _built(name: str, path: Path, fmi: int) -> Path:
+    path.write_bytes(build(instance(f"{SCENARIO}#{name}", []), fmi))
+    return path
+
+
+def _nodes_in_libcosim(folder: Path, step_ns: int) -> tuple[np.ndarray, float]:
+    """(the chain's nodes (153,) after a second, moved by the hand's FMU; seconds it took)."""
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    log_output_level(CosimLogLevel.ERROR)  # on standard output, which is --json's
+    execution = CosimExecution.from_step_size(step_ns)
+    paths = {name: _built(name, folder / f"{name}.fmu", 2) for name in ("wall", "hand", "tether")}
+    slaves = {name: CosimLocalSlave(str(path), name) for name, path in paths.items()}
+    index = {name: execution.add_local_slave(slave) for name, slave in slaves.items()}
+    references = {
+        name: {v.name: v.valueReference for v in fmpy.read_model_description(str(path)).modelVariables}
+        for name, path in paths.items()
+    }
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer)
+    for source, end in (("wall", "end_a"), ("hand", "end_b")):
+        for name, reference in references[source].items():
+            if name.startswith("motion."):
+                entry = references["tether"][name.replace("motion", end)]
+                execution.connect_real_variables(index[source], reference, index["tether"], entry)
+    began = time.perf_counter()
+    execution.step(IN_LIBCOSIM)
+    took = time.perf_counter() - began
+    nodes = [reference for name, reference in references["tether"].items() if name.startswith("nodes[")]
+    return np.array(observer.last_real_values(index["tether"], nodes)), took
+
+
+def _direct_wires(folder: Path) -> dict:
+    """How far libcosim is from the native run."""
+    graph = build_graph(load_scenario(SCENARIO))
+    conductor = Conductor(graph)
+    conductor.initialise()
+    for _ in conductor.run(IN_LIBCOSIM):
+        pass
+    start = conductor.memory.spans["y"][[node.name for node in graph.nodes].index("tether")]
+    found, took = _nodes_in_libcosim(folder, graph.base_ns)
+    expected = conductor.memory.tables.board[start][: len(found)]
+    return {
+        "case": f"wall, hand and cable, direct wires, {graph.base_ns / 1e6:g} ms",
+        "method": "libcosim, FMI 2",
+        "error": float(np.abs(found - expected).max()),
+        "error_unit": "m, largest difference of a node after 1 s",
+        "us": 1e6 * took / IN_LIBCOSIM,
+        "reference": "native run",
+    }
+
+
 def rows() -> list[dict]:
     """One row a way of calling it; the error is against the native code, and zero means equal bits."""
     node, step_ns, inputs = _recorded()
     folder = Path(tempfile.mkdtemp(prefix="towline-bench-"))
     try:
-        paths = {}
-        of = instance(f"{SCENARIO}#tether", [])
-        for fmi in (2, 3):
-            paths[fmi] = folder / f"tether_{fmi}.fmu"
-            paths[fmi].write_bytes(build(of.component, of.parameters, of.seed, of.step_ns, of.start_ns, fmi))
+        paths = {fmi: _built("tether", folder / f"tether_{fmi}.fmu", fmi) for fmi in (2, 3)}
         runs = {"native code": _native(node, step_ns), "FMI 2 by pointer": _by_pointer(paths[2], folder)}
         runs |= {f"FMI {fmi} by fmpy": _by_fmpy(paths[fmi], folder / str(fmi)) for fmi in (2, 3)}
         expected = runs["native code"](inputs)
-        return [
+        calls = [
             {
                 "case": f"cable, 50 segments, {step_ns / 1e6:g} ms, all inputs and outputs",
                 "method": method,
@@ -158,5 +213,6 @@ def rows() -> list[dict]:
             }
             for method, run in runs.items()
         ]
+        return [*calls, _direct_wires(folder)]
     finally:
         shutil.rmtree(folder, ignore_errors=True)

@@ -85,9 +85,8 @@ class Cable(Fmi3Slave):
 
 
 def _built(text: str, folder: Path) -> Path:
-    of = instance(str(SCENES / text), [])
     path = folder / f"{text.partition('#')[2]}.fmu"
-    path.write_bytes(build(of.component, of.parameters, of.seed, of.step_ns, of.start_ns, 2))
+    path.write_bytes(build(instance(str(SCENES / text), []), 2))
     return path
 
 
@@ -120,9 +119,11 @@ def _cosim(oscillator: Path) -> tuple[np.ndarray, float]:
     """The same of libcosim."""
     import fmpy
     from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
     from libcosimpy.CosimObserver import CosimObserver
     from libcosimpy.CosimSlave import CosimLocalSlave
 
+    log_output_level(CosimLogLevel.ERROR)  # on standard output, which is --json's
     execution = CosimExecution.from_step_size(1_000_000)
     slaves = [CosimLocalSlave(str(oscillator), name) for name in NAMES]
     index = [execution.add_local_slave(slave) for slave in slaves]

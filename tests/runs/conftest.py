@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from foreign import ForeignFmus
+from foreign import ALL_KINDS, ARRAYS, BALL, KINDS, VAN_DER_POL, ForeignFmus
 from scipy.optimize import brentq
 
 from pipeline.cli import main
@@ -89,7 +89,7 @@ def fmu_of(tmp_path_factory) -> Callable[..., Path]:
             path = str(ROOT / "scenarios" / text) if "#" in text else text
             of = instance(path, overrides)
             made[key] = folder / f"{of.component.name}_{len(made)}_{fmi}.fmu"
-            made[key].write_bytes(build(of.component, of.parameters, of.seed, of.step_ns, of.start_ns, fmi))
+            made[key].write_bytes(build(of, fmi))
         return made[key]
 
     return fmu
@@ -99,6 +99,31 @@ def fmu_of(tmp_path_factory) -> Callable[..., Path]:
 def foreign(tmp_path_factory) -> ForeignFmus:
     """Builds the FMUs of tests/fmus."""
     return ForeignFmus(tmp_path_factory.mktemp("foreign"))
+
+
+@pytest.fixture(scope="session")
+def fmus(foreign, tmp_path_factory) -> Path:
+    """A folder of FMUs."""
+    folder = tmp_path_factory.mktemp("system")
+    for name, model, fmi in (
+        ("vdp", VAN_DER_POL, 2),
+        ("kinds", KINDS, 2),
+        ("arrays", ARRAYS, 2),
+        ("ball", BALL, 2),
+        ("arrays3", ARRAYS, 3),
+        ("kinds3", ALL_KINDS, 3),
+    ):
+        (folder / f"{name}.fmu").write_bytes(foreign(model, fmi).read_bytes())
+    return folder
+
+
+@pytest.fixture
+def place(fmus, tmp_path, monkeypatch) -> Path:
+    """A folder of the test's own with the FMUs in it."""
+    for path in fmus.iterdir():
+        (tmp_path / path.name).symlink_to(path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 class SceneRunner:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import random
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import psutil
 import pytest
 
+from pipeline import run as run_module
 from pipeline.diff import diff_logs
 from pipeline.distributed import Distributed
 from pipeline.errors import StepError
@@ -19,6 +21,7 @@ from pipeline.rerun import graph_of
 from pipeline.resume import resume_run
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario, load_scenario_text
+from pipeline.snapshot import Snapshot
 from pipeline.wiring import build_graph
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
@@ -149,6 +152,26 @@ COMPONENT = Component(
     inputs=lambda _: (Port("position", "1"),), outputs=lambda _: (Port("out", "1"),),
 )
 '''
+
+
+def test_a_stop_in_the_first_tick_of_a_block_leaves_the_snapshot_before_it(tmp_path, monkeypatch):
+    """512 ticks are a block: the snapshot is that of a local run which ends there."""
+    monkeypatch.setattr(run_module, "FLUSH_S", 0.0)
+    text = "duration: {} s\nstep: 10 ms\nscene: false\ncomponents:\n"
+    text += "  early: {{model: motion.van_der_pol, inputs: {{neighbour: 1}}}}\n"
+    text += "  bad: {{model: ./bad.py, inputs: {{position: early.position}}}}\n"
+    (tmp_path / "bad.py").write_text(BAD.replace("500_000_000", "5_130_000_000"))
+    snapshots = []
+    for bus, seconds in ((None, 5.12), (BusOptions(), 6.0)):
+        log = tmp_path / f"{seconds}.mcap"
+        with nullcontext() if bus is None else pytest.raises(StepError, match=r"bad stopped the run at t = 5\.13 s"):
+            run(load_scenario_text(text.format(seconds), "bad.yaml", tmp_path), log, bus)
+        t_ns, data = open_log(log).last_snapshot()
+        snapshots.append((t_ns, Snapshot.from_bytes(data)))
+    (t_ns, fine), (failed_ns, failed) = snapshots
+    assert t_ns == failed_ns == 5_120_000_000
+    assert failed.chains == fine.chains
+    assert failed.board.tobytes() == fine.board.tobytes()
 
 
 def test_resumed_over_zenoh(tmp_path):

@@ -102,21 +102,22 @@ static const Variable *output_at(size_t i) {
     return NULL;
 }
 
-static Status call(Instance *instance, Kernel *kernel, int64_t t_ns, int64_t dt_ns) {
+/* failure: what is logged and returned where there are no outputs. */
+static Status call(Instance *instance, Kernel *kernel, Status failure, int64_t t_ns, int64_t dt_ns) {
     State *state = &instance->state;
     int64_t status = 0;
-    void *failure = NULL;
+    void *raised = NULL;
     double t = (double)t_ns / NS;
-    int32_t code = kernel(&status, &failure, t_ns, dt_ns, state->p, state->u, state->x, state->y, instance->w);
+    int32_t code = kernel(&status, &raised, t_ns, dt_ns, state->p, state->u, state->x, state->y, instance->w);
     if (code != 0)
-        return report(instance, ERROR, "%s failed at t = %.9f s (code %d)", MODEL_NAME, t, (int)code);
+        return report(instance, failure, "%s failed at t = %.9f s (code %d)", MODEL_NAME, t, (int)code);
     if (status != 0)
-        return report(instance, ERROR, "%s stopped at t = %.9f s with status %lld: %s", MODEL_NAME, t,
+        return report(instance, failure, "%s stopped at t = %.9f s with status %lld: %s", MODEL_NAME, t,
                       (long long)status, text_of(status));
     for (size_t i = 0; i < N_Y; i++)
         if (!isfinite(state->y[i])) {
             const Variable *at = output_at(i);
-            return report(instance, ERROR, "output %s is %g at t = %.9f s", at ? at->name : "?", state->y[i], t);
+            return report(instance, failure, "output %s is %g at t = %.9f s", at ? at->name : "?", state->y[i], t);
         }
     return OK;
 }
@@ -141,23 +142,29 @@ Status initialization_begin(Instance *instance) {
     return OK;
 }
 
-Status initialize(Instance *instance) {
+Status initialize(Instance *instance, Status failure) {
     State *state = &instance->state;
-    Status status = OK;
     if (state->is_stale) {
         memset(state->x, 0, sizeof state->x);
         memset(state->y, 0, sizeof state->y);
-        status = call(instance, kernel_init, state->t_ns, STEP_NS);
+        state->is_known = call(instance, kernel_init, failure, state->t_ns, STEP_NS) == OK;
+        if (!state->is_known)
+            memset(state->y, 0, sizeof state->y);
+        if (!state->is_known && failure == WARNING)
+            report(instance, WARNING, "the outputs are zero until inputs and parameters are set with which they are known");
+        state->is_stale = 0;
     }
-    state->is_stale = status != OK;
-    return status;
+    return state->is_known ? OK : failure;
 }
 
 Status initialization_end(Instance *instance) {
+    State *state = &instance->state;
     if (!is_in(instance, INITIALIZING, "leaving initialization mode"))
         return ERROR;
-    Status status = initialize(instance);
-    instance->state.phase = status == OK ? STEPPING : FAILED;
+    if (!state->is_known)
+        state->is_stale = 1; /* what was a warning is told as the error that it is now */
+    Status status = initialize(instance, ERROR);
+    state->phase = status == OK ? STEPPING : FAILED;
     return status;
 }
 
@@ -181,7 +188,7 @@ Status step_to(Instance *instance, double t, double h) {
     if (llabs(dt_ns - STEP_NS) > 1)
         return report(instance, ERROR, "step of %g s; its force laws need %.9f s throughout", h, STEP_NS / NS);
 #endif
-    Status status = call(instance, kernel_step, end_ns, dt_ns);
+    Status status = call(instance, kernel_step, ERROR, end_ns, dt_ns);
     if (status != OK) {
         state->phase = FAILED;
         return status;

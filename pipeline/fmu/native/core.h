@@ -51,7 +51,8 @@ void model_parameters(const double *q, double *p);
 
 /* All that a later step depends on, and the outputs: what is saved, restored and serialized. */
 typedef struct {
-    int64_t phase, has_stop, is_stale; /* is_stale: init is to be called again before outputs are read */
+    /* is_stale: init is to be called again before outputs are read; is_known: when it was last, it gave them */
+    int64_t phase, has_stop, is_stale, is_known;
     int64_t t_ns, stop_ns;
     double u[AT_LEAST_ONE(N_U)];
     double x[AT_LEAST_ONE(N_X)];
@@ -83,8 +84,9 @@ Status initialization_begin(Instance *);
 Status initialization_end(Instance *);
 Status step_to(Instance *, double t, double h);
 Status terminate(Instance *);
-/* Call init if the outputs of initialization mode are out of date. */
-Status initialize(Instance *);
+/* Call init if the outputs of initialization mode are out of date; where it fails they are zero, and `failure` is logged
+   and returned. */
+Status initialize(Instance *, Status failure);
 double seconds(const Instance *);
 
 /* n value references, whose variables take n_values numbers in all. */

@@ -76,14 +76,17 @@ static int asks(Block block, const uint32_t *references, size_t n) {
     return 0;
 }
 
+/* In initialization mode a master may read before it has set all inputs, as libcosim does: outputs that init cannot give
+   yet are zero then, with a warning, and leaving the mode is an error if it still cannot. */
 Status get_reals(Instance *instance, const uint32_t *references, size_t n, double *values, size_t n_values) {
+    Status status = OK;
     if (is_given(instance, references, n, values, "get") != OK || !is_filled(instance, references, n, n_values))
         return ERROR;
     if (instance->state.phase < STEPPING && asks(OUTPUT, references, n)) {
         if (instance->state.phase == INSTANTIATED)
             return report(instance, DISCARD, "outputs are known from initialization mode on");
-        if (instance->state.phase == INITIALIZING && initialize(instance) != OK)
-            return DISCARD; /* other inputs may do; leaving initialization mode tells */
+        if (instance->state.phase == INITIALIZING)
+            status = initialize(instance, WARNING);
     }
     double now = asks(TIME, references, n) ? seconds(instance) : 0.0;
     for (size_t i = 0; i < n; i++) {
@@ -91,7 +94,7 @@ Status get_reals(Instance *instance, const uint32_t *references, size_t n, doubl
         copy(values, source(instance, at, &now), at->count);
         values += at->count;
     }
-    return OK;
+    return status;
 }
 
 static Status refuse(Instance *instance, const Variable *at, const char *why) {
