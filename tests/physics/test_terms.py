@@ -10,6 +10,7 @@ from components.motion.hand.component import COMPONENT as HAND
 from components.motion.van_der_pol.component import COMPONENT as VAN_DER_POL
 from components.tether.cable.component import COMPONENT as CABLE
 from components.tether.catenary.component import COMPONENT as CATENARY
+from components.tether.linkage.component import COMPONENT as LINKAGE
 from components.tether.quasistatic.component import COMPONENT as QUASISTATIC
 from components.vessel.mass.component import COMPONENT as MASS
 from components.winch.drum.component import COMPONENT as DRUM
@@ -70,6 +71,19 @@ SWEEP = {"moves": ("slow sweep north",), "durations": (15.0,)}
             {"normal drag", "tangential drag", "body at a free end"},
         ),
         (CATENARY, {"length": 3.0, "weight": 1.0}, set()),
+        (LINKAGE, {"length": 3.0, "normal_friction": 0.05}, {"linear drag"}),
+        (
+            LINKAGE,
+            {
+                "length": 3.0,
+                "drag_diameter": 0.02,
+                "mass_per_length": 0.3,
+                "joint_stiffness": 1.0,
+                "end_b": "pulled",
+                "start": "arc",
+            },
+            {"quadratic drag", "inertia", "springs", "force at an end"},
+        ),
         (CATENARY, {"length": 3.0, "weight": 1.0, "axial_stiffness": 1e4, "seabed": 2.0}, {"elasticity", "seabed"}),
     ],
 )

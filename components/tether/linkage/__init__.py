@@ -1,0 +1,1 @@
+"""A chain of rigid segments in a plane."""

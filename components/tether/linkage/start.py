@@ -1,0 +1,165 @@
+"""The chain's shape at the beginning: given angles, a circular arc between the ends, or that of a steady tow."""
+
+from math import atan2, cos, pi, sin, sqrt
+
+from components.compiled import kernel
+from components.tether.linkage.chain import (
+    ANGLES,
+    DELTA,
+    DRIVEN,
+    GIVEN,
+    HN,
+    SCRATCH,
+    SIDE,
+    START,
+    STATE,
+    STEADY,
+    THETA,
+    TN,
+    TURN,
+    TURN_BEFORE,
+    VN,
+    H,
+    Q,
+    R,
+    T,
+    U,
+    V,
+    massless,
+)
+from components.tether.linkage.stepping import Scheme, fitted, keep, solve
+
+# Bisections to the last bit of the arc's angle.
+BISECTIONS = 60
+# Steps towards the steady tow, the first and the longest, over the time in which the chain goes its length; the most of
+# them, and the turn of a segment in one below which it is steady [rad].
+FIRST, LONGEST, GROWTH, MOST, STILL = 0.02, 2.0, 1.3, 400, 1e-11
+# Part of a period in which the first rates are found.
+TINY = 0.01
+
+
+@kernel
+def half_angle(n, ratio):
+    """Half the opening angle of the polygon of n equal segments on a circle whose chord is `ratio` of their length."""
+    low, high = 0.0, pi
+    for _ in range(BISECTIONS):
+        phi = 0.5 * (low + high)
+        chord = sin(phi) / (n * sin(phi / n))
+        if chord > ratio:
+            low = phi
+        else:
+            high = phi
+    return 0.5 * (low + high)
+
+
+@kernel
+def lay(chain, p, x, ends, side):
+    """Write angles and directions: the given ones, or an arc from end a to b that bulges to a side (+1: starboard)."""
+    dx, dy = ends.bx - ends.ax, ends.by - ends.ay
+    phi = side * half_angle(chain.n, min(sqrt(dx * dx + dy * dy) / (chain.n * chain.l0), 1.0))
+    heading = atan2(dy, dx)
+    for i in range(chain.n):
+        theta = heading + phi * (1.0 - (2.0 * i + 1.0) / chain.n)
+        if p[START] == GIVEN:
+            theta = p[ANGLES + i]
+        x[i * STATE + THETA] = theta
+        x[i * STATE + T], x[i * STATE + T + 1] = cos(theta), sin(theta)
+
+
+@kernel
+def set_moving(chain, x, ends, v_a, v_b):
+    """Write positions, and velocities that go linearly from end a's to end b's."""
+    rx, ry = ends.ax, ends.ay
+    if chain.end_a != DRIVEN and chain.end_b == DRIVEN:
+        rx, ry = ends.bx, ends.by
+        for i in range(chain.n):
+            rx, ry = rx - chain.l0 * x[i * STATE + T], ry - chain.l0 * x[i * STATE + T + 1]
+    for i in range(chain.n + 1):
+        k, share = i * STATE, i / chain.n
+        x[k + R], x[k + R + 1] = rx, ry
+        for j in range(2):
+            x[k + U + j] = x[k + V + j] = (1.0 - share) * v_a[j] + share * v_b[j]
+            x[k + Q + j] = x[k + H + j] = 0.0
+        x[k + TURN] = x[k + TURN_BEFORE] = 0.0
+        if i < chain.n:
+            rx, ry = rx + chain.l0 * x[k + T], ry + chain.l0 * x[k + T + 1]
+
+
+@kernel
+def set_going(chain, x, w, h):
+    """Write the velocities found, which do not stretch the segments, the turns in h [s] and the joints' forces."""
+    for i in range(chain.n + 1):
+        a, k = i * SCRATCH, i * STATE
+        for j in range(2):
+            x[k + U + j] = x[k + V + j] = w[a + VN + j]
+            x[k + H + j] = w[a + HN + j]
+        if i < chain.n:
+            b = a + SCRATCH
+            across = w[a + TN] * (w[b + VN + 1] - w[a + VN + 1]) - w[a + TN + 1] * (w[b + VN] - w[a + VN])
+            x[k + TURN] = x[k + TURN_BEFORE] = across * h / chain.l0
+
+
+@kernel
+def drift(chain, x, vx, vy):
+    """Let every node's velocity be that of the tow, and forget the turns: the water streams past the ends."""
+    for i in range(chain.n + 1):
+        k = i * STATE
+        x[k + U], x[k + U + 1] = vx, vy
+        x[k + TURN] = x[k + TURN_BEFORE] = 0.0
+
+
+@kernel
+def settle(chain, x, w, ends, vx, vy):
+    """March without inertia in water that streams past at the tow's velocity until nothing turns; whether it does."""
+    chain = massless(chain)
+    span = chain.n * chain.l0 / sqrt(vx * vx + vy * vy)
+    h = FIRST * span
+    for _ in range(MOST):
+        drift(chain, x, vx, vy)
+        # Backward Euler of the shape, with the tow's velocity on top.
+        fit, account = solve(chain, Scheme(1.0 / h, 1.0, 0.0, 0.0), x, w, ends, 0.0)
+        if not account.converged:
+            h *= 0.25
+            continue
+        keep(fit, x, w, h)
+        largest = 0.0
+        for i in range(chain.n):
+            largest = max(largest, abs(w[i * SCRATCH + DELTA]))
+        if largest < STILL and h >= LONGEST * span:
+            return True
+        h = min(GROWTH * h, LONGEST * span)
+    return False
+
+
+@kernel
+def begin(chain, p, x, w, ends, v_a, v_b, h):
+    """Write the state at t0 and solve for its rates and forces: the chain as it lies, how that went, whether steady.
+
+    v_a, v_b: velocities of the ends [m/s]; h: period [s]. The rates are those without inertia where there is drag.
+    """
+    vx, vy = 0.5 * (v_a[0] + v_b[0]), 0.5 * (v_a[1] + v_b[1])
+    fit, _ = fitted(chain, ends)
+    # A steady shape trails behind the tow.
+    across = (ends.bx - ends.ax) * vy - (ends.by - ends.ay) * vx
+    side = p[SIDE]
+    if p[START] == STEADY and across != 0.0:
+        side = -1.0 if across > 0.0 else 1.0
+    x[:] = 0.0
+    lay(fit, p, x, ends, side)
+    set_moving(fit, x, ends, v_a, v_b)
+    if p[START] == GIVEN and chain.end_a == chain.end_b == DRIVEN:
+        # Draw a given shape to the end that it misses.
+        solve(fit, Scheme(1.0, 1.0, 0.0, 0.0), x, w, ends, 0.0)
+        keep(fit, x, w, 1.0)
+        set_moving(fit, x, ends, v_a, v_b)
+    settled = True
+    if p[START] == STEADY and vx * vx + vy * vy > 0.0:
+        settled = settle(chain, x, w, ends, vx, vy)
+        set_moving(fit, x, ends, v_a, v_b)
+    dragged = chain.c_S > 0.0 or chain.k_S > 0.0
+    tiny = TINY * h
+    fit, account = solve(
+        massless(chain) if dragged else chain, Scheme(1.0 / tiny, 1.0, 1.0 / tiny, 0.0), x, w, ends, 0.0
+    )
+    set_going(fit, x, w, h)
+    return fit, account, settled
