@@ -31,6 +31,7 @@ COMMANDS = {
     "convert": "make a scenario from an SSP or an OSP system structure, or an SSP from a scenario of FMUs",
     "catenary": "static catenary between two points",
     "capability": "the wind up to which thrusters hold a ship, per heading and failure",
+    "coverage": "the water that a line between boats swept, and what it took of an oil patch",
     "bench": "measure speed against error",
 }
 
