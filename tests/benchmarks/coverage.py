@@ -39,9 +39,10 @@ STYLE = {"font.size": 9, "axes.grid": True, "grid.color": "#e4e4e4", "svg.fontty
 Row = dict[str, str | float]
 
 
-def parameters_of(kind: type[Parameters], name: str):
-    """The parameters of a file beside the scenarios."""
-    table, problems = parse(f"file: parameters/{name}.yaml", name)
+def parameters_of(kind: type[Parameters], *names: str):
+    """The parameters of files beside the scenarios."""
+    files = ", ".join(f"parameters/{name}.yaml" for name in names)
+    table, problems = parse(f"file: [{files}]", names[0])
     assert isinstance(table, Table)
     found = build(kind, gather(kind, table, ROOT / "scenarios", "", problems), table.place, "", problems)
     assert not problems, problems
@@ -50,7 +51,9 @@ def parameters_of(kind: type[Parameters], name: str):
 
 def boat() -> Boat:
     """The boat of the parameter files."""
-    return boat_of(parameters_of(Propulsion, "boom_boat_thrusters"), parameters_of(LowSpeed, "boom_boat"))
+    return boat_of(
+        parameters_of(Propulsion, "boom_boat_thrusters"), parameters_of(LowSpeed, "boom_boat_linear", "boom_boat")
+    )
 
 
 def curve(drag: Drag) -> list[Tow]:

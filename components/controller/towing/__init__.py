@@ -1,0 +1,1 @@
+"""A boat that tows along a path, abeam of another one."""
