@@ -10,6 +10,7 @@ from components.controller.towing.formation import locate, pace
 from components.controller.towing.layout import (
     ACROSS,
     ARRIVED,
+    ASKED,
     COUNT,
     COURSE,
     GAP,
@@ -37,6 +38,7 @@ from components.controller.towing.layout import (
     TAKES_LINE,
     TAKES_PARTNER,
     THRUST,
+    VELOCITY,
     WANDERED,
     WAY,
 )
@@ -97,7 +99,7 @@ def control(q, u, x, y, w, h):
 
 
 def init(t_ns, dt_ns, p, u, x, y, w):
-    """Begin on the nearest pieces of the path, with no thrust beyond what is asked for at rest."""
+    """Begin on the nearest pieces of the path, at the speed ahead that the boat has."""
     q = p[HEADER:]
     for i in range(len(x)):
         x[i] = 0.0
@@ -106,6 +108,7 @@ def init(t_ns, dt_ns, p, u, x, y, w):
         x[OWN] = nearest(q[PIECES:], count, u[PLACE], u[PLACE + 1])
     if q[TAKES_PARTNER] > 0.0 and isfinite(u[OTHERS]) and isfinite(u[OTHERS + 1]):
         x[PARTNER] = nearest(q[PIECES:], count, u[OTHERS], u[OTHERS + 1])
+    x[ASKED] = max(u[VELOCITY], 0.0) if isfinite(u[VELOCITY]) else 0.0
     control(q, u, x, y, w, 0.0)
     return 0
 
