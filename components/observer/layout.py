@@ -2,14 +2,15 @@
 
 # Of the numbers of every observer, see ship.ShipObserver.block.
 (REFERENCES, HAS_MRU, HAS_WIND, HAS_THRUST, FROZEN_AFTER, LONGEST_AGE, WIND_TIME, WAVE_FREQUENCY, WAVE_DAMPING,
- BIAS_TIME, START) = range(11)  # fmt: skip
+ BIAS_TIME, BELIEVED_AFTER, FASTEST, START) = range(13)  # fmt: skip
 INVERSE, DAMPING, WINDAGE, FIRST = START + 3, START + 12, START + 21, START + 29
 # Of a reference among these: whether it is hydroacoustic, its place (3), the transponder's (3), noise.
 IS_ACOUSTIC, PLACE, TRANSPONDER, NOISE, REFERENCE = 0, 1, 4, 7, 8
 # Inputs: of a reference value (3), validity, time; of the compass heading, validity, time; then mru, wind, thrust.
 INPUT, COMPASS_INPUT, MRU_INPUT = 5, 3, 3
-# What an observer keeps of an instrument: time of its last value [s], that value (3), how often it came unchanged.
-SEEN, VALUE, AGAIN, RECORD = 0, 1, 4, 5
+# What an observer keeps of an instrument: time of its last value [s], that value (3), how often it came unchanged, and
+# since when all of them are wild [s].
+SEEN, VALUE, AGAIN, WILD_SINCE, RECORD = 0, 1, 4, 5, 6
 # An estimate: position and heading (3), velocity in the body frame (3), slow load in the world (3), and for north, east
 # and heading a wave's integral and the wave (6).
 ETA, NU, BIAS, WAVE, STATES = 0, 3, 6, 9, 15

@@ -1,9 +1,18 @@
 """How a vessel moves over an observer's step: its linear model in the horizontal plane, and its motion in waves."""
 
-from math import cos, exp, sin, sqrt
+from math import ceil, cos, exp, sin, sqrt
 
 from components.compiled import kernel
-from components.observer.layout import BIAS, BIAS_TIME, DAMPING, ETA, INVERSE, NU, STATES, WAVE
+from components.observer.layout import BIAS, BIAS_TIME, DAMPING, ETA, FASTEST, INVERSE, NU, STATES, WAVE
+
+
+@kernel
+def parts(q, h):
+    """Into how many a step [s] is divided, so that the fastest velocity decays by less than half in each.
+
+    The midpoint rule is stable up to twice its time constant.
+    """
+    return max(ceil(h * q[FASTEST]), 1)
 
 
 @kernel
@@ -54,6 +63,18 @@ def swing(omega, zeta, h):
     e, c, s = exp(-zeta * omega * h), cos(damped * h), sin(damped * h)
     side = zeta * omega / damped * s
     return e * (c + side), e * s / damped, -omega * omega * e * s / damped, e * (c - side)
+
+
+@kernel
+def swing_back(omega, zeta, age):
+    """A wave `age` [s] ago, as its integral and itself tell of it now (two factors), and the part of its variance that
+    they do not tell.
+
+    The mean of the stationary process given its state now, P Phi' P^-1: unlike Phi^-1 it does not grow with the age.
+    """
+    _, b, _, d = swing(omega, zeta, age)
+    b *= omega * omega
+    return b, d, max(1.0 - b * b / (omega * omega) - d * d, 0.0)
 
 
 @kernel

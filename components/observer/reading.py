@@ -8,6 +8,7 @@ from components.observer.layout import (
     AGAIN,
     ATTITUDE,
     ATTITUDES,
+    BELIEVED_AFTER,
     COMPASS_INPUT,
     FIRST,
     FROZEN_AFTER,
@@ -27,6 +28,7 @@ from components.observer.layout import (
     SEEN,
     TRANSPONDER,
     VALUE,
+    WILD_SINCE,
     WIND_TIME,
     WINDAGE,
 )
@@ -35,6 +37,8 @@ from components.vessel.wind_load import blow
 # Of a value: used, none since the last, none or too old, frozen, wild.
 USED, SAME, LOST, FROZEN, WILD = range(5)
 NEVER = -1e300
+FAR = 1e12  # beyond which a number cannot be a position [m] or a heading [rad], and its square not be reckoned with
+AHEAD = 1e-6  # by which a time may be beyond the present [s], since both are rounded
 
 
 @kernel
@@ -42,15 +46,15 @@ def forget(record):
     """Nothing was received yet."""
     for i in range(RECORD):
         record[i] = 0.0
-    record[SEEN] = NEVER
+    record[SEEN] = record[WILD_SINCE] = NEVER
 
 
 @kernel
 def receive(q, record, value, valid, time, t):
     """Whether a value is new and sound at t [s]: USED, or why not."""
-    is_sound = valid > 0.0 and isfinite(time) and t - time <= q[LONGEST_AGE]
+    is_sound = valid > 0.0 and -AHEAD <= t - time <= q[LONGEST_AGE]
     for i in range(len(value)):
-        is_sound = is_sound and isfinite(value[i])
+        is_sound = is_sound and abs(value[i]) <= FAR
     if not is_sound:
         return LOST
     if time == record[SEEN]:
@@ -62,6 +66,18 @@ def receive(q, record, value, valid, time, t):
     record[SEEN] = time
     record[AGAIN] = record[AGAIN] + 1.0 if is_unchanged else 0.0
     return FROZEN if 0.0 < q[FROZEN_AFTER] <= record[AGAIN] else USED
+
+
+@kernel
+def is_believed(q, record, last, t):
+    """Whether a wild value is to be believed after all; notes since when all are wild.
+
+    None but such came for BELIEVED_AFTER, and nothing else was used since `last` [s]. So an estimate that is
+    itself wrong, after a wild first value or a long time without any, does not stay so.
+    """
+    if record[WILD_SINCE] == NEVER:
+        record[WILD_SINCE] = t
+    return t - max(record[WILD_SINCE], last) >= q[BELIEVED_AFTER]
 
 
 @kernel
@@ -77,6 +93,13 @@ def tilt(q, u):
     if q[HAS_MRU] > 0.0 and u[at + 2] > 0.0 and isfinite(u[at]) and isfinite(u[at + 1]):
         return u[at], u[at + 1]
     return 0.0, 0.0
+
+
+@kernel
+def heading_now(q, u, status, estimate, t, h):
+    """The compass's heading [rad] where it was used and is of this step, else the estimate, waves included."""
+    at = compass_at(q)
+    return u[at] if status == USED and t - u[at + 2] < 0.5 * h else estimate
 
 
 @kernel

@@ -39,16 +39,23 @@ class ShipObserver(LinearVessel):
         "times that a value comes again, to the last bit, before it is taken as frozen; 0: never", 2
     )
     longest_age: float = quantity("s", "older values are not used", 10.0, tunable=True, gt=0)
+    believed_after: float = quantity(
+        "s", "of nothing but wild values, after which the estimate begins anew with the next", 30.0, tunable=True, gt=0
+    )
+
+    def fastest(self) -> float:
+        """The largest rate [1/s] at which the linear model's velocities decay, or grow."""
+        return float(np.abs(np.linalg.eigvals(np.linalg.solve(self.mass_matrix(), self.damping_matrix()))).max())
 
     def block(self) -> list[float]:
-        """Counts and switches (7), waves (2), bias_time, start (3), M^-1 (9), D (9), windage (8), references (n, 8)."""
+        """The numbers of layout.py up to START, start (3), M^-1 (9), D (9), windage (8), references (n, 8)."""
         switches = [self.takes_mru, self.windage is not None, self.takes_thrust]
         waves = [2.0 * pi / self.wave_period, self.wave_damping]
         matrices = [*np.linalg.inv(self.mass_matrix()).ravel(), *self.damping_matrix().ravel()]
         rows = [number for reference in self.references for number in reference.numbers()]
         return [
             len(self.references), *switches, self.frozen_after, self.longest_age, self.wind_time, *waves,
-            self.bias_time, *self.position, self.heading, *matrices,
+            self.bias_time, self.believed_after, 2.0 * self.fastest(), *self.position, self.heading, *matrices,
             *windage_numbers(self.windage, self.air_density), *rows,
         ]  # fmt: skip
 
@@ -69,7 +76,7 @@ def inputs(observer: ShipObserver) -> tuple[Port, ...]:
 def outputs(observer: ShipObserver) -> tuple[Port, ...]:
     """Motion without the waves' part and that part, loads, and what became of each instrument's value."""
     n = len(observer.references)
-    status = "0 used, 1 no new one, 2 none or too old, 3 frozen, 4 wild"
+    status = "0 used, 1 no new one, 2 none, or of a wrong time, 3 frozen, 4 wild"
     return (
         Port("estimate.position", "m", (2,), "NED", "north and east without the waves' part"),
         Port("estimate.heading", "rad", (), "NED", "without the waves' part, continuous"),

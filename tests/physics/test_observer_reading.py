@@ -219,3 +219,117 @@ def test_passive_observer_is_stable_at_any_rate(observer, gap):
         seen.step(fix(5.0 + 1e-6 * k, -3.0, 0.7 + 1e-9 * k, t, k // gap * gap * 0.1))
     assert seen["estimate.position"] == pytest.approx([5.008, -3.0], abs=0.02)
     assert seen["estimate.velocity"] == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
+@BOTH
+def test_garbage_is_not_reckoned_with(observer, kind):
+    """A time to come, which would be used for ever after, and numbers whose squares are none, as first and later."""
+    rng = np.random.default_rng(11)
+    seen = observer(kind, fix(1e200, 0, 1e200, 0))
+    assert seen["status.references"] == LOST
+    assert seen["status.compass"] == LOST
+    for k in range(1, 300):
+        seen.step(fix(*rng.normal(0, 0.1, 2), rng.normal(0, 0.002), 0.1 * k))
+    for k in range(300, 310):
+        seen.step(fix(3.0, 0.0, 0.1, 0.1 * k, 0.1 * k + 3.0))
+        assert seen["status.references"] == LOST
+    seen.step(fix(-1e200, 1e200, 1e200, 31.0))
+    assert seen["status.references"] == LOST
+    assert seen["status.compass"] == LOST
+
+
+@BOTH
+def test_wrong_first_position_is_given_up(observer, kind):
+    """The very first position is wild by 500 m: after 30 s of others the estimate begins anew, one wild one apart."""
+    rng = np.random.default_rng(12)
+    seen = observer(kind, fix(500, 0, 0, 0), believed_after=30.0)
+    for k in range(1, 600):
+        place = [-900.0, 400.0] if k == 150 else rng.normal(0, 0.1, 2)
+        seen.step(fix(*place, rng.normal(0, 0.002), 0.1 * k))
+        assert seen["status.references"] == (WILD if k <= 300 else USED)
+    assert seen["estimate.position"] == pytest.approx([0.0, 0.0], abs=0.3)
+
+
+@BOTH
+def test_another_reference_keeps_a_jump_out(observer, kind):
+    """One of two references jumps by 40 m for two minutes: it stays wild, however long, while the other is used."""
+    rng = np.random.default_rng(13)
+    seen = observer(kind, [0, 0, 0, 1, 0, *fix(0, 0, 0, 0)], references=GNSS * 2, believed_after=30.0)
+    for k in range(1, 1800):
+        t, jump = 0.1 * k, 40.0 if k > 600 else 0.0
+        first = [jump + rng.normal(0, 0.1), rng.normal(0, 0.1), 0, 1, np.floor(t)]
+        seen.step([*first, *fix(*rng.normal(0, 0.1, 2), rng.normal(0, 0.002), t, np.floor(t))])
+        if k > 601:
+            assert seen["status.references"][0] in (WILD, SAME)
+    assert seen["estimate.position"] == pytest.approx([0.0, 0.0], abs=0.3)
+
+
+@BOTH
+@pytest.mark.parametrize("jump", [1.0, pi])
+def test_compass_that_was_set_anew_is_believed(observer, kind, jump):
+    """It jumps and stays there: after 30 s the heading is as it says, whichever way round."""
+    rng = np.random.default_rng(14)
+    seen = observer(kind, fix(0, 0, 0, 0), believed_after=30.0)
+    for k in range(1, 1200):
+        heading = rng.normal(0, 0.002) + (jump if k > 300 else 0.0)
+        seen.step(fix(*rng.normal(0, 0.1, 2), heading, 0.1 * k))
+        assert k == 601 or seen["status.compass"] == (WILD if 300 < k <= 600 else USED)  # 601: 30 s, rounded
+    assert cos(seen["estimate.heading"] - jump) > 0.9999
+    assert seen["estimate.position"] == pytest.approx([0.0, 0.0], abs=0.3)
+
+
+@BOTH
+def test_compass_that_comes_late(observer, kind):
+    """An antenna 60 m ahead, the compass 5 s late at 2.5 rad: positions until then were turned wrongly, by 114 m."""
+    rng = np.random.default_rng(15)
+    reference = ({"kind": "gnss", "place": (60.0, 0.0, 0.0), "noise": 0.1},)
+    antenna = 60.0 * np.array([cos(2.5), sin(2.5)])
+    seen = observer(kind, [*antenna, 0, 1, 0, 0, 0, 0], references=reference)
+    for k in range(1, 400):
+        compass = [2.5 + rng.normal(0, 0.002), 1.0, 0.1 * k] if k > 50 else [0.0, 0.0, 0.0]
+        seen.step([*(antenna + rng.normal(0, 0.1, 2)), 0, 1, 0.1 * k, *compass])
+        assert seen["status.references"] == USED
+    assert seen["estimate.position"] == pytest.approx([0.0, 0.0], abs=0.3)
+
+
+@BOTH
+@pytest.mark.parametrize("h", [0.05, 1.0, 5.0])
+def test_small_vessel_at_any_step(observer, kind, h):
+    """CyberShip II, 24 kg, whose yaw decays in 1.4 s: a push of 1 N ends at 1 N / X_u, whatever the step.
+
+    In steps of 5 s the undivided midpoint rule grew without bound.
+    """
+    small = {
+        "surge_mass": 25.8, "sway_mass": 33.8, "sway_yaw_mass": 1.0948, "yaw_inertia": 2.76, "surge_damping": 0.72253,
+        "sway_damping": 0.88965, "sway_yaw_damping": 7.25, "yaw_sway_damping": -0.0313, "yaw_damping": 1.9,
+        "takes_thrust": True, "wave_period": 0.8,
+    }  # fmt: skip
+    drives = {"disturbance_force": 0.1, "disturbance_moment": 0.02, "slow_force": 0.5, "slow_moment": 0.1}
+    lost = [*[0.0] * 8, 1.0, 0.0, 0.0]
+    seen = observer(kind, lost, h, **small, **(drives if kind == "kalman" else {}))
+    for _ in range(round(400 / h)):
+        seen.step(lost)
+    assert seen["estimate.velocity"] == pytest.approx([1.0 / 0.72253, 0.0], rel=1e-3, abs=1e-9)
+    assert seen["estimate.position"][0] == pytest.approx((400.0 - 25.8 / 0.72253) / 0.72253, rel=0.01)
+
+
+def test_late_positions_in_short_waves(observer):
+    """5 s are six periods of 0.8 s: the wave then is nearly as it is, unknown, and does not count more than its size.
+
+    Taken back by the inverse of its transition it grew twentyfold, and NIS was 0.09 instead of 2.
+    """
+    rng = np.random.default_rng(16)
+    small = {"surge_mass": 25.8, "sway_mass": 33.8, "yaw_inertia": 2.76, "sway_yaw_mass": 0.0, "surge_damping": 0.72,
+             "sway_damping": 0.89, "sway_yaw_damping": 0.0, "yaw_sway_damping": 0.0, "yaw_damping": 1.9,
+             "wave_period": 0.8, "disturbance_force": 0.1, "disturbance_moment": 0.02, "slow_force": 0.5,
+             "slow_moment": 0.1, "wave_motion": 0.01}  # fmt: skip
+    seen = observer("kalman", fix(0, 0, 0, 0), references=({"kind": "gnss", "noise": 0.02},), **small)
+    errors, nis = [], []
+    for k in range(1, 2000):
+        t, late = 0.1 * k, 0.1 * k - 5.0
+        place = 0.5 * sin(2 * pi * late / 60.0) + rng.normal(0, 0.02)
+        seen.step([place, rng.normal(0, 0.02), 0, float(late > 0), late, rng.normal(0, 0.002), 1, t])
+        errors.append(seen["estimate.position"][0] - 0.5 * sin(2 * pi * t / 60.0))
+        nis.append(seen["nis.references"].item())
+    assert 1.0 < np.mean(nis[800:]) < 2.5
+    assert np.std(errors[800:]) < 0.12

@@ -4,10 +4,11 @@ from math import inf, sqrt
 
 from components.compiled import kernel
 from components.contract import HEADER, Component
+from components.kinematics import wrapped
 from components.matrices import table
 from components.observer import ship
 from components.observer.kalman import model
-from components.observer.kalman.covariance import LOW, grow
+from components.observer.kalman.covariance import LOW, begin_anew, grow
 from components.observer.kalman.layout import COMMON, COMPASS_NOISE, GATE, MOVING, PLACED, SLOW, WAVES
 from components.observer.kalman.measuring import unseen, use_heading, use_position
 from components.observer.layout import (
@@ -30,14 +31,45 @@ from components.observer.layout import (
     WAVE,
     WAVE_DAMPING,
     WAVE_FREQUENCY,
+    WILD_SINCE,
 )
-from components.observer.motion import drift_on, swing, swing_on
+from components.observer.motion import drift_on, parts, swing, swing_on
 from components.observer.output import write_estimate, write_reading
-from components.observer.reading import USED, compass_at, feel_wind, forget, locate, push, receive, remember
+from components.observer.reading import (
+    NEVER,
+    USED,
+    WILD,
+    compass_at,
+    feel_wind,
+    forget,
+    heading_now,
+    is_believed,
+    locate,
+    push,
+    receive,
+    remember,
+)
 
 COVARIANCE, KEPT = STATES, STATES + STATES * STATES
 SLOPE, TRANSITION, OTHER, ROWS = 0, LOW * LOW, 2 * LOW * LOW, 2 * LOW * LOW + STATES * STATES
 SEEN, TAU, MIDDLE = ROWS + 3 * STATES, ROWS + 3 * STATES + 3, ROWS + 3 * STATES + 6
+
+
+@kernel
+def begin_heading(p, state, cov, kept, value):
+    """Take a heading as the first, and the next position too: levers were turned by a wrong heading until now."""
+    gap = value - state[ETA + 2]
+    state[ETA + 2] = value if kept[HAS_HEADING] == 0.0 else state[ETA + 2] + wrapped(gap)
+    begin_anew(cov, ETA + 2, p[PLACED + 2])
+    kept[HAS_HEADING], kept[HAS_POSITION] = 1.0, 0.0
+
+
+@kernel
+def begin_position(p, state, cov, kept, north, east):
+    """Take a position as the first."""
+    state[ETA], state[ETA + 1], kept[HAS_POSITION] = north, east, 1.0
+    for i in range(2):
+        begin_anew(cov, ETA + i, p[PLACED + i])
 
 
 @kernel
@@ -52,9 +84,15 @@ def read_compass(p, u, t, x, y, w, cov):
     if status == USED:
         omega, zeta, age = q[WAVE_FREQUENCY], q[WAVE_DAMPING], t - u[at + 2]
         noise = p[COMPASS_NOISE] + unseen(p[WAVES + 2], omega, zeta, age)
+        rows = w[ROWS : ROWS + 3 * STATES]
         if kept[HAS_HEADING] == 0.0:
-            state[ETA + 2], kept[HAS_HEADING] = u[at], 1.0
-        status = use_heading(state, cov, u[at], noise, omega, zeta, age, p[GATE], w[ROWS : ROWS + 3 * STATES], seen)
+            begin_heading(p, state, cov, kept, u[at])
+        status = use_heading(state, cov, u[at], noise, omega, zeta, age, p[GATE], rows, seen)
+        if status == WILD and is_believed(q, record, NEVER, t):
+            begin_heading(p, state, cov, kept, u[at])
+            status = use_heading(state, cov, u[at], noise, omega, zeta, age, p[GATE], rows, seen)
+        if status == USED:
+            record[WILD_SINCE] = NEVER
     write_reading(y, n, n, status, seen)
     y[len(y) - 1] = seen[1]
     return status
@@ -74,11 +112,14 @@ def read_reference(p, u, t, index, h, x, y, w, cov):
         omega, zeta, age = q[WAVE_FREQUENCY], q[WAVE_DAMPING], t - u[at + 4]
         noise = q[FIRST + REFERENCE * index + NOISE] ** 2 + unseen(p[WAVES], omega, zeta, age)
         if kept[HAS_POSITION] == 0.0:
-            state[ETA], state[ETA + 1], kept[HAS_POSITION] = north, east, 1.0
+            begin_position(p, state, cov, kept, north, east)
         rows = w[ROWS : ROWS + 3 * STATES]
         status = use_position(state, cov, north, east, noise, omega, zeta, age, p[GATE], rows, seen)
+        if status == WILD and is_believed(q, record, kept[LAST_FIX], t):
+            begin_position(p, state, cov, kept, north, east)
+            status = use_position(state, cov, north, east, noise, omega, zeta, age, p[GATE], rows, seen)
     if status == USED:
-        kept[LAST_FIX] = t
+        kept[LAST_FIX], record[WILD_SINCE] = t, NEVER
     write_reading(y, n, index, status, seen)
     y[len(y) - 1 - n + index] = seen[2]
 
@@ -89,9 +130,8 @@ def read_all(p, u, t, h, x, y, w):
     q, state, kept = p[COMMON:], x[:STATES], x[KEPT:]
     cov = table(x, COVARIANCE, STATES, STATES)
     status = read_compass(p, u, t, x, y, w, cov)
-    heading = u[compass_at(q)] if status == USED else state[ETA + 2] + state[WAVE + 5]
     n = int(q[REFERENCES])
-    remember(q, u, kept, heading)
+    remember(q, u, kept, heading_now(q, u, status, state[ETA + 2] + state[WAVE + 5], t, h))
     for index in range(n):
         read_reference(p, u, t, index, h, x, y, w, cov)
     write_estimate(state, kept, t, y)
@@ -132,12 +172,14 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     q, state = own[COMMON:], x[:STATES]
     wind, tau, middle = x[KEPT + LOAD : KEPT + LOAD + 3], w[TAU : TAU + 3], w[MIDDLE : MIDDLE + 6]
     push(q, u, wind, tau)
-    drift_on(q, state, tau, h, middle)
     omega, zeta = q[WAVE_FREQUENCY], q[WAVE_DAMPING]
-    swing_on(state, swing(omega, zeta, h))
     slopes, shift = table(w, SLOPE, LOW, LOW), table(w, TRANSITION, LOW, LOW)
     cov, other = table(x, COVARIANCE, STATES, STATES), table(w, OTHER, STATES, STATES)
-    grow(own, state, middle[:3], omega, zeta, h, slopes, shift, cov, other)
+    n = parts(q, h)
+    for _ in range(n):
+        drift_on(q, state, tau, h / n, middle)
+        swing_on(state, swing(omega, zeta, h / n))
+        grow(own, state, middle[:3], omega, zeta, h / n, slopes, shift, cov, other)
     feel_wind(q, u, wind, h)
     read_all(own, u, t, h, x, y, w)
     return 0

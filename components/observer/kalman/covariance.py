@@ -107,6 +107,14 @@ def grow(p, state, nu, omega, zeta, h, a, f, cov, other):
 
 
 @kernel
+def begin_anew(cov, i, variance):
+    """Nothing is known of a state but its variance."""
+    for j in range(STATES):
+        cov[i, j] = cov[j, i] = 0.0
+    cov[i, i] = variance
+
+
+@kernel
 def project(cov, row, by):
     """Write by = P row' (15); returns row P row'."""
     total = 0.0

@@ -1,12 +1,12 @@
 """What a measurement says of an estimate, as it was when it was taken, and whether it is to be believed."""
 
-from math import cos, exp, sin
+from math import cos, sin
 
 from components.compiled import kernel
 from components.kinematics import wrapped
 from components.observer.kalman.covariance import correct, project
 from components.observer.layout import ETA, NU, STATES, WAVE
-from components.observer.motion import swing
+from components.observer.motion import swing_back
 from components.observer.reading import USED, WILD
 
 
@@ -15,7 +15,7 @@ def expect(state, axis, omega, zeta, age, row):
     """The position or heading on an axis `age` [s] ago, the waves' part included, and its row (15) of the slope."""
     for i in range(STATES):
         row[i] = 0.0
-    _, _, from_first, from_second = swing(omega, zeta, -age)
+    from_first, from_second, _ = swing_back(omega, zeta, age)
     row[ETA + axis], row[WAVE + 2 * axis], row[WAVE + 2 * axis + 1] = 1.0, from_first, from_second
     c, s, u, v = cos(state[ETA + 2]), sin(state[ETA + 2]), state[NU], state[NU + 1]
     if axis == 0:
@@ -33,8 +33,9 @@ def expect(state, axis, omega, zeta, age, row):
 
 @kernel
 def unseen(variance, omega, zeta, age):
-    """Variance [m^2] of what drove the waves since a value was taken, about: that of waves which it cannot tell."""
-    return variance * (1.0 - exp(-2.0 * zeta * omega * age))
+    """Variance [m^2] of the wave when a value was taken that the wave now does not tell of."""
+    _, _, share = swing_back(omega, zeta, age)
+    return variance * share
 
 
 @kernel

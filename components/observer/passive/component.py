@@ -25,18 +25,22 @@ from components.observer.layout import (
     WAVE,
     WAVE_DAMPING,
     WAVE_FREQUENCY,
+    WILD_SINCE,
 )
-from components.observer.motion import drift_on, swing, swing_on
+from components.observer.motion import drift_on, parts, swing, swing_back, swing_on
 from components.observer.output import write_estimate, write_reading
 from components.observer.passive import model
 from components.observer.passive.correction import correct
 from components.observer.passive.layout import COMMON, GATE_SPEEDS, GATES
 from components.observer.reading import (
+    NEVER,
     USED,
     WILD,
     compass_at,
     feel_wind,
     forget,
+    heading_now,
+    is_believed,
     locate,
     push,
     receive,
@@ -49,11 +53,19 @@ TAU, SCRATCH, SEEN, SUMS = 0, 3, 9, 12
 @kernel
 def expected(q, state, axis, age):
     """The position or heading on an axis `age` [s] ago, the waves' part included."""
-    _, _, from_first, from_second = swing(q[WAVE_FREQUENCY], q[WAVE_DAMPING], -age)
+    from_first, from_second, _ = swing_back(q[WAVE_FREQUENCY], q[WAVE_DAMPING], age)
     c, s, u, v = cos(state[ETA + 2]), sin(state[ETA + 2]), state[NU], state[NU + 1]
     rate = c * u - s * v if axis == 0 else s * u + c * v if axis == 1 else state[NU + 2]
     k = WAVE + 2 * axis
     return state[ETA + axis] - age * rate + from_first * state[k] + from_second * state[k + 1]
+
+
+@kernel
+def begin_heading(state, kept, value):
+    """Take a heading as the first, and the next position too: levers were turned by a wrong heading until now."""
+    gap = value - state[ETA + 2]
+    state[ETA + 2] = value if kept[HAS_HEADING] == 0.0 else state[ETA + 2] + wrapped(gap)
+    kept[HAS_HEADING], kept[HAS_POSITION] = 1.0, 0.0
 
 
 @kernel
@@ -66,14 +78,18 @@ def read_compass(p, u, t, x, y, w):
     seen[0] = 0.0
     if status == USED:
         if kept[HAS_HEADING] == 0.0:
-            state[ETA + 2], kept[HAS_HEADING] = u[at], 1.0
+            begin_heading(state, kept, u[at])
         gap = t - x[last]
         seen[0] = wrapped(u[at] - expected(q, state, 2, t - u[at + 2]))
-        if abs(seen[0]) <= p[GATES + 2] + p[GATE_SPEEDS + 2] * gap:
-            correct(p, state, 2, seen[0], gap, t - u[at + 2], 1.0, 0.0)
-            x[last] = t
-        else:
+        is_wild = abs(seen[0]) > p[GATES + 2] + p[GATE_SPEEDS + 2] * gap
+        if is_wild and is_believed(q, record, NEVER, t):
+            begin_heading(state, kept, u[at])
+            seen[0], is_wild = wrapped(u[at] - expected(q, state, 2, t - u[at + 2])), False
+        if is_wild:
             status = WILD
+        else:
+            correct(p, state, 2, seen[0], gap, t - u[at + 2], 1.0, 0.0)
+            x[last], record[WILD_SINCE] = t, NEVER
     write_reading(y, n, n, status, seen)
     return status
 
@@ -92,14 +108,19 @@ def judge_reference(p, u, t, index, h, x, y, w):
             state[ETA], state[ETA + 1], kept[HAS_POSITION] = north, east, 1.0
         age, gap = t - u[at + 4], t - kept[LAST_FIX]
         seen[0], seen[1] = north - expected(q, state, 0, age), east - expected(q, state, 1, age)
-        weight = 1.0 / q[FIRST + REFERENCE * index + NOISE] ** 2
-        if sqrt(seen[0] * seen[0] + seen[1] * seen[1]) <= p[GATES] + p[GATE_SPEEDS] * gap:
+        is_wild = sqrt(seen[0] * seen[0] + seen[1] * seen[1]) > p[GATES] + p[GATE_SPEEDS] * gap
+        if is_wild and is_believed(q, record, kept[LAST_FIX], t):
+            state[ETA], state[ETA + 1], is_wild = north, east, False
+            seen[0], seen[1] = north - expected(q, state, 0, age), east - expected(q, state, 1, age)
+        if is_wild:
+            status = WILD
+        else:
+            weight = 1.0 / q[FIRST + REFERENCE * index + NOISE] ** 2
             w[SUMS] += weight * seen[0]
             w[SUMS + 1] += weight * seen[1]
             w[SUMS + 2] += weight
             w[SUMS + 3] += weight * age
-        else:
-            status = WILD
+            record[WILD_SINCE] = NEVER
     write_reading(y, n, index, status, seen)
 
 
@@ -108,7 +129,7 @@ def read_all(p, u, t, h, x, y, w):
     """Use what the instruments gave, references that give at once by their weights, and write all outputs."""
     q, state, kept = p[COMMON:], x[:STATES], x[STATES:]
     status = read_compass(p, u, t, x, y, w)
-    heading = u[compass_at(q)] if status == USED else state[ETA + 2] + state[WAVE + 5]
+    heading = heading_now(q, u, status, state[ETA + 2] + state[WAVE + 5], t, h)
     for i in range(4):
         w[SUMS + i] = 0.0
     remember(q, u, kept, heading)
@@ -144,7 +165,9 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     q, state, wind = own[COMMON:], x[:STATES], x[STATES + LOAD : STATES + LOAD + 3]
     tau = w[TAU : TAU + 3]
     push(q, u, wind, tau)
-    drift_on(q, state, tau, h, w[SCRATCH : SCRATCH + 6])
+    n = parts(q, h)
+    for _ in range(n):
+        drift_on(q, state, tau, h / n, w[SCRATCH : SCRATCH + 6])
     swing_on(state, swing(q[WAVE_FREQUENCY], q[WAVE_DAMPING], h))
     feel_wind(q, u, wind, h)
     read_all(own, u, t, h, x, y, w)
