@@ -1,6 +1,6 @@
 """Where a vehicle should be: waypoints in turn, and a smooth reference on the way to each."""
 
-from math import exp, sqrt
+from math import ceil, exp, sqrt
 
 from components.compiled import kernel
 from components.controller.layout import (
@@ -28,6 +28,15 @@ from components.controller.layout import (
 )
 from components.kinematics import wrapped
 
+FINE = 2.0  # steps for each time constant of the reference, which without them overshoots at 2 and is unstable at 0.5
+
+
+@kernel
+def is_at(q, at, eta):
+    """Whether a position and heading eta (4) are within the radius and the angle of arrival of q[at : at + 4]."""
+    gap = (q[at] - eta[0]) ** 2 + (q[at + 1] - eta[1]) ** 2 + (q[at + 2] - eta[2]) ** 2
+    return sqrt(gap) <= q[RADIUS] and abs(wrapped(q[at + 3] - eta[3])) <= q[ANGLE]
+
 
 @kernel
 def choose(q, x, eta, t):
@@ -36,11 +45,7 @@ def choose(q, x, eta, t):
     if count == 0:
         return SETPOINT
     at = WAYPOINTS + WAYPOINT * int(x[LEG])
-    gap = 0.0
-    for i in range(3):
-        gap = max(gap, (q[at + i] - eta[i]) ** 2, (q[at + i] - x[PLACE + i]) ** 2)
-    turn = max(abs(wrapped(q[at + 3] - eta[3])), abs(wrapped(q[at + 3] - x[PLACE + 3])))
-    if x[SINCE] == NOT_THERE and sqrt(gap) <= q[RADIUS] and turn <= q[ANGLE]:
+    if x[SINCE] == NOT_THERE and is_at(q, at, eta) and is_at(q, at, x[PLACE : PLACE + 4]):
         x[SINCE] = t
     if x[SINCE] > NOT_THERE and t - x[SINCE] >= q[at + STAY] and (q[REPEATS] > 0.0 or x[LEG] + 1.0 < count):
         x[LEG], x[SINCE] = (x[LEG] + 1.0) % count, NOT_THERE
@@ -55,7 +60,16 @@ def wanted(distance, frequency, fastest, acceleration):
 
 @kernel
 def lead(q, x, at, h):
-    """Move the reference over h [s] towards the position and heading at q[at : at + 4].
+    """Move the reference over h [s] towards the position and heading at q[at : at + 4], a slow step in parts."""
+    n = max(ceil(FINE * h * max(q[PATH_FREQUENCY], q[TURN_FREQUENCY])), 1)
+    for _ in range(n):
+        go(q, x, at, h / n)
+        turn(q, x, wrapped(q[at + 3] - x[PLACE + 3]), h / n)
+
+
+@kernel
+def go(q, x, at, h):
+    """Move the reference's position over h [s].
 
     Three poles at the frequency, as Fossen 2011, section 10.2.1, with speed and acceleration limited as vectors, so
     that a leg from rest is a straight line; braking takes half of the largest acceleration.
@@ -75,7 +89,6 @@ def lead(q, x, at, h):
         x[CHANGE + i] += soon * (push - x[CHANGE + i])
         x[RATE + i] += h * x[CHANGE + i]
         x[PLACE + i] += h * x[RATE + i]
-    turn(q, x, wrapped(q[at + 3] - x[PLACE + 3]), h)
 
 
 @kernel

@@ -165,6 +165,45 @@ def test_waypoints_in_turn(station):
     assert legs[2][1] - arrivals[1] == pytest.approx(20.0, abs=0.11)
 
 
+def test_arrival_is_within_a_circle(station):
+    """0.9 m north and 0.9 m east are 1.27 m away, and not within a radius of 1 m."""
+    waypoints = ({"position": (0.0, 0.0)}, {"position": (5.0, 0.0)})
+    for north, east, leg in ((0.9, 0.9, 0), (0.7, 0.7, 1)):
+        controller = station(at(north, east), waypoints=waypoints, radius=1.0)
+        controller.step(at(north, east))
+        assert controller["waypoint"] == leg, (north, east)
+
+
+@pytest.mark.parametrize("h", [0.1, 5.0, 20.0])
+def test_reference_at_any_step(unit, h):
+    """A reference of 0.5 rad/s in steps of up to ten of its time constants: within its speed, and no overshoot."""
+    fast = {**STATION, "reference_frequency": 0.5, "turn_frequency": 0.5, "max_acceleration": 10.0}
+    controller = unit("controller.station", at(), h, **fast)
+    controller.set(position=(60.0, 0.0), heading=pi - 0.01)
+    places, headings = [], []
+    for _ in range(round(1200 / h)):
+        controller.step(at())
+        places.append(controller["reference.position"][0])
+        headings.append(controller["reference.heading"].item())
+    assert np.diff(places).max() <= 0.5 * 1.006 * h
+    assert max(places) == pytest.approx(60.0, abs=1e-6)
+    assert places[-1] == pytest.approx(60.0, abs=1e-6)
+    assert max(headings) == pytest.approx(pi - 0.01, abs=1e-6)
+
+
+def test_half_a_turn(station):
+    """To the opposite heading: one way round, without hesitation, and to the end."""
+    controller = station(at())
+    controller.set(heading=pi)
+    headings = [0.0]
+    for _ in range(6000):
+        controller.step(at(heading=headings[-1]))
+        headings.append(controller["reference.heading"].item())
+    turns = np.diff(headings)
+    assert (turns <= 1e-9).all() or (turns >= -1e-9).all()
+    assert np.cos(headings[-1]) == pytest.approx(-1.0, abs=1e-9)
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_bad_input_holds_the_last_demand(station, bad):
     controller = station(at(), position=(3.0, 1.0))
