@@ -20,7 +20,7 @@ PARTS = 8  # of that distance, tried in order, since beyond a forbidden zone the
 class Capability:
     """headings: (h,) [deg]. winds: {case: (h,)} [m/s]; is_more: {case: (h,)} held at the table's highest wind.
 
-    worst: (h,) the single failure with the least wind.
+    worst: (h,) the single failure with the least wind; "" where none is seen to lose position.
     """
 
     headings: np.ndarray
@@ -40,10 +40,13 @@ def capability(ship: Ship, progress: Callable[[float], None]) -> Capability:
         winds[case][is_more[case]] = ship.loads.speeds[-1]
         progress(done)
     failed = [case for case in cases if case != INTACT]
-    worst = (
-        [min(failed, key=lambda case, h=h: winds[case][h]) for h in range(len(ship.loads.headings))] if failed else []
-    )
+    worst = [_worst(failed, winds, is_more, h) for h in range(len(ship.loads.headings))] if failed else []
     return Capability(ship.loads.headings, winds, is_more, worst)
+
+
+def _worst(failed: list[str], winds: dict[str, np.ndarray], is_more: dict[str, np.ndarray], h: int) -> str:
+    case = min(failed, key=lambda name: winds[name][h])
+    return "" if is_more[case][h] else case
 
 
 def limit(holding: Holding, loads: Loads, heading: int) -> float:

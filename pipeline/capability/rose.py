@@ -46,5 +46,5 @@ def draw(found: Capability, title: str, out: Path) -> None:
         axes.set_title(
             f"{title}: wind [m/s] up to which position is held\nby the direction the weather comes from, bow up"
         )
-        axes.legend(loc="lower left", bbox_to_anchor=(-0.12, -0.08), frameon=False)
+        figure.legend(loc="outside lower center", ncols=3, frameon=False)
         figure.savefig(out, dpi=150)

@@ -19,7 +19,9 @@ PICTURES = (".png", ".svg", ".pdf")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's arguments."""
-    parser.add_argument("ship", type=Path, metavar="SHIP.yaml", help="thrusters, and a table of the weather's loads")
+    parser.add_argument(
+        "ship", type=Path, metavar="SHIP.yaml", help="thrusters, and a table of loads or a vessel and its weather"
+    )
     parser.add_argument("--out", "-o", type=Path, metavar="F", help=f"draw the rose ({', '.join(PICTURES)})")
     parser.add_argument("--overwrite", action="store_true", help="replace the picture if it exists")
 
@@ -29,15 +31,15 @@ def _shown(found: Capability, case: str, heading: int) -> str:
 
 
 def _print(found: Capability) -> None:
-    table = Table(title="wind [m/s] up to which position is held; at >= the table of loads ends")
+    table = Table(title="wind [m/s] up to which position is held; at >= higher winds were not tried")
     for column in ("from [deg]", *found.winds, "worst failure"):
         table.add_column(column, justify="right")
     for h, heading in enumerate(found.headings):
-        worst = found.worst[h] if found.worst else ""
+        worst = (found.worst[h] or "none") if found.worst else ""
         table.add_row(f"{heading:g}", *(_shown(found, case, h) for case in found.winds), worst)
     console().print(table)
-    if found.worst:
-        least = {case: float(found.winds[case].min()) for case in set(found.worst)}
+    if any(found.worst):
+        least = {case: float(found.winds[case].min()) for case in set(found.worst) if case}
         case = min(least, key=lambda name: least[name])
         above = (
             f"is lost above {least[case]:.2f} m/s of wind" if least[case] else "is not held at the least tabulated wind"
