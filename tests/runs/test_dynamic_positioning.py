@@ -14,7 +14,7 @@ from scipy.stats import chi2
 from components.allocator.thrusters import contains
 from pipeline.log.reader import open_log
 from pipeline.run import Options, run_scenario
-from pipeline.scenario import load_scenario
+from pipeline.scenario import load_scenario, load_scenario_text
 from pipeline.wiring import build_graph
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -32,6 +32,24 @@ def logs(tmp_path_factory):
             run_scenario(scenario, build_graph(scenario), out, Options(scene=False), lambda _: None)
             kept[name] = open_log(out), scenario
         return kept[name]
+
+    return run
+
+
+@pytest.fixture
+def altered(tmp_path):
+    """`altered(changes, settings, events, duration)`: a log of thruster_failure without its failures, so changed."""
+
+    def run(changes, settings, events, duration):
+        text = (SCENARIOS / "thruster_failure.yaml").read_text().partition("events:")[0]
+        for old, new in changes.items():
+            assert text.count(old) == 1
+            text = text.replace(old, new)
+        text += "events:" + "".join(f"\n  - {event}" for event in events) + "\n" if events else ""
+        scenario = load_scenario_text(text, "altered.yaml", SCENARIOS, settings, duration)
+        out = tmp_path / "altered.mcap"
+        run_scenario(scenario, build_graph(scenario), out, Options(scene=False), lambda _: None)
+        return open_log(out)
 
     return run
 
@@ -149,3 +167,53 @@ def test_recorded_demand_by_four_methods(logs):
     missed = np.abs(given["exact"] - demand)[met == 0] / size
     assert 20 < (met == 0).sum() < 60
     assert missed[:, 2].max() < 0.01 < missed[:, :2].max() < 0.1
+
+
+ASTERN = {"{depth: 0 m, speed: 0.5 m/s, direction: 150 deg}": "{depth: 0 m, speed: 1 m/s, direction: 30 deg}"}
+NO_STREAM = {"{depth: 0 m, speed: 0.5 m/s, direction: 150 deg}], variation: 0.05 m/s": "{depth: 0 m, speed: 0 m/s}]"}
+
+
+def test_current_from_astern(altered):
+    """1 m/s along a heading that the hull does not keep by itself: Munk's moment turns it across."""
+    log = altered(ASTERN, ["wind.speed=5"], [], "600 s")
+    loop = Loop(log)
+    assert log.port("vessel", "water_velocity")[-1, 0] == pytest.approx(-1.0, abs=0.2)
+    assert loop.off(60.0).max() < 3.0
+    assert loop.off(300.0).max() < 1.5
+    assert np.degrees(np.abs(loop.heading - np.radians(30.0))).max() < 2.0
+
+
+def test_wind_that_turns_by_90_degrees_at_once(altered):
+    """From 10 deg off the bow to 100 deg at 12 m/s, where the limit is 22: fed forward, it hardly moves the vessel."""
+    log = altered({}, ["wind.speed=12"], ["{at: 300 s, set: {wind.direction: 130 deg}}"], "600 s")
+    loop = Loop(log)
+    wind = log.port("vessel", "wind_load.force")[:, 1]
+    before, after = wind[2000:3000].mean(), wind[3200:].mean()
+    assert abs(after) > 3.0 * abs(before)
+    assert loop.off(300.0).max() < 2.5
+    assert loop.off(450.0).max() < 1.5
+    assert np.degrees(np.abs(loop.heading - np.radians(30.0))).max() < 2.0
+
+
+def test_heading_change_through_south(altered):
+    """From 30 deg through 180 to -160 by the shorter way, weather from all sides; the compass jumps at 180."""
+    log = altered({}, [], ["{at: 150 s, set: {controller.heading: -160 deg}}"], "750 s")
+    loop = Loop(log)
+    headings = np.degrees(loop.heading)
+    assert np.ptp(np.degrees(log.port("gyro", "heading"))) > 300.0
+    assert (headings[1500:] > 28.0).all()
+    assert headings[-500:] == pytest.approx(np.full(500, 200.0), abs=1.5)
+    assert headings.max() < 202.0
+    assert loop.off(60.0).max() < 4.0
+    assert np.degrees(np.abs(log.port("controller", "error.heading"))).max() < 4.0
+    assert np.degrees(np.abs(log.port("observer", "estimate.heading") - loop.heading)).max() < 1.0
+
+
+def test_nothing_to_do(altered):
+    """No wind, sea or current: every number is one, and thrusters idle at less than 1 % of their 9 MW."""
+    log = altered(NO_STREAM, ["wind.speed=0", "sea.height=0"], [], "300 s")
+    loop = Loop(log)
+    assert loop.off(60.0).max() < 0.8
+    assert np.degrees(np.abs(loop.heading - np.radians(30.0))).max() < 0.5
+    assert log.port("thrusters", "power")[600:].sum(axis=1).mean() < 90e3
+    assert (log.port("controller", "held") == 0.0).all()
