@@ -217,3 +217,38 @@ def test_nothing_to_do(altered):
     assert np.degrees(np.abs(loop.heading - np.radians(30.0))).max() < 0.5
     assert log.port("thrusters", "power")[600:].sum(axis=1).mean() < 90e3
     assert (log.port("controller", "held") == 0.0).all()
+
+
+def test_compass_lost_in_a_turn(altered):
+    """For two minutes from the middle of a turn by 120 deg on: heading by the model alone, then all is as before.
+
+    Nothing else tells the heading; after 270 s the loop is lost, until the compass comes back.
+    """
+    turn, lost, back = "controller.heading: 150 deg", "gyro.dropped: 1", "gyro.dropped: 0"
+    events = [f"{{at: {at} s, set: {{{what}}}}}" for at, what in ((200, turn), (230, lost), (350, back))]
+    log = altered({}, [], events, "750 s")
+    loop = Loop(log)
+    wrong = np.degrees(np.abs(log.port("observer", "estimate.heading") - loop.heading))
+    assert (log.port("observer", "status.compass")[2302:3499] == LOST).all()
+    assert wrong[2300:3500].max() < 8.0
+    assert wrong[3550:].max() < 1.0
+    assert loop.off(60.0).max() < 4.0
+    assert np.degrees(loop.heading[-1]) == pytest.approx(150.0, abs=1.5)
+
+
+def test_all_thrusters_lost_and_back(altered):
+    """Two minutes adrift, 45 m off: the integral held; a hundred seconds later it is on station."""
+    out, well = [0] * 6, [1] * 6
+    events = [
+        f"{{at: 200 s, set: {{thrusters.failure: {well}, allocator.available: {out}}}}}",
+        f"{{at: 320 s, set: {{thrusters.failure: {out}, allocator.available: {well}}}}}",
+    ]
+    log = altered({}, [], events, "600 s")
+    loop = Loop(log)
+    integral = log.port("controller", "integral.force")
+    assert (log.port("allocator", "thrust")[2001:3200] == 0.0).all()
+    assert np.ptp(integral[2005:3195], axis=0).max() == 0.0
+    assert 30.0 < loop.off().max() < 60.0
+    assert loop.off(420.0).max() < 3.0
+    assert loop.off(540.0).max() < 1.5
+    assert np.degrees(np.abs(loop.heading - np.radians(30.0))).max() < 7.0
