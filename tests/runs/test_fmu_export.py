@@ -282,14 +282,16 @@ def test_ports_are_named_with_units_and_shapes(fmi, fmu_of):
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_inputs_start_as_the_scenario_says(fmi, fmu_of):
-    """rov_dive pushes its ROV by constants, its current comes by a direct wire; a delay closes van_der_pol's ring."""
+    """vessel_drift holds its thrusts, a current comes by a direct wire; a delay closes van_der_pol's ring."""
 
     def starts(text: str, *names: str) -> list[float]:
         listed = fmpy.read_model_description(str(fmu_of(text, fmi))).modelVariables
         found = {v.name: v.start for v in listed if v.name.partition("[")[0] in names}
         return [float(word) for start in found.values() for word in start.split()]
 
-    assert starts("rov_dive.yaml#rov", "thrust.force", "current") == [25, 5, 4, 0, 0, 0]
+    thrusts = starts("vessel_drift.yaml#thrusters", "command.thrust")
+    assert thrusts == [40e3, 40e3, 10e3, 10e3, 20e3, 30e3]
+    assert starts("rov_dive.yaml#rov", "current") == [0, 0, 0]
     assert starts("van_der_pol.yaml#a", "neighbour") == [-2]
     slave = Slave(fmu_of("van_der_pol.yaml#a", fmi), 0.001)
     get = slave.fmu.getReal if fmi == 2 else slave.fmu.getFloat64
