@@ -48,7 +48,7 @@ def altered(tmp_path):
         text += "events:" + "".join(f"\n  - {event}" for event in events) + "\n" if events else ""
         scenario = load_scenario_text(text, "altered.yaml", SCENARIOS, settings, duration)
         out = tmp_path / "altered.mcap"
-        run_scenario(scenario, build_graph(scenario), out, Options(scene=False), lambda _: None)
+        run_scenario(scenario, build_graph(scenario), out, Options(scene=False, overwrite=True), lambda _: None)
         return open_log(out)
 
     return run
@@ -252,3 +252,25 @@ def test_all_thrusters_lost_and_back(altered):
     assert loop.off(420.0).max() < 3.0
     assert loop.off(540.0).max() < 1.5
     assert np.degrees(np.abs(loop.heading - np.radians(30.0))).max() < 7.0
+
+
+def test_line_that_pulls_is_worked_against(altered):
+    """150 kN at the stern from the start: told of it, the controller lets the vessel go half as far or less."""
+    pull = "[-120 kN, 90 kN, 0 N]"
+    hooked = {
+        "      waves: 60\n": "      waves: 60\n      takes_force_a: true\n",
+        "sea: sea.waves}": f"sea: sea.waves, force_a: {pull}}}",
+    }
+    told = {
+        "      takes_wind: true\n      heading: 30 deg\n": "      takes_wind: true\n      heading: 30 deg\n"
+        "      takes_line: true\n      hook: [-38 m, 0 m]\n",
+        "      wind_load: observer.wind_load\n": f"      wind_load: observer.wind_load\n      line_force: {pull}\n",
+    }
+    found = []
+    for changes in (hooked, {**hooked, **told}):
+        loop = Loop(altered(changes, (), (), "200 s"))
+        found.append((loop.off().max(), np.ptp(loop.heading)))
+    (off, turned), (off_known, turned_known) = found
+    assert off > 3.0
+    assert off_known < 0.5 * off
+    assert turned_known < 0.5 * turned
