@@ -77,8 +77,8 @@ def across_plane(p, u):
 
 
 @kernel
-def velocity(p, u, of_b):
-    """An end's velocity in the plane; that of the other one where it is not driven, none where neither is."""
+def rate(p, u, of_b, which):
+    """An end's VELOCITY or ACCELERATION in the plane: the other's where it is not driven, none where neither is."""
     at = -1
     if p[END_B] == DRIVEN and (of_b or p[END_A] != DRIVEN):
         at = end_b_input(p)
@@ -86,7 +86,7 @@ def velocity(p, u, of_b):
         at = 0
     if at < 0:
         return 0.0, 0.0
-    return u[at + VELOCITY], u[at + VELOCITY + int(p[SECOND_AXIS])]
+    return u[at + which], u[at + which + int(p[SECOND_AXIS])]
 
 
 @kernel
@@ -149,11 +149,13 @@ def misses(p, ends):
 
 
 def init(t_ns, dt_ns, p, u, x, y, w):
-    """Lay the chain between its ends, or find the shape of the steady tow; rates and forces as without inertia."""
+    """Lay the chain between its ends, or find the shape of the steady tow, and solve for its rates and forces."""
     chain, ends = chain_of(p), ends_of(p, u)
     if p[START] == GIVEN and p[END_A] == p[END_B] == DRIVEN and misses(p, ends):
         return MISSES
-    fit, account, steady = begin(chain, p, x, w, ends, velocity(p, u, False), velocity(p, u, True), dt_ns * 1e-9)
+    v_a, v_b = rate(p, u, False, VELOCITY), rate(p, u, True, VELOCITY)
+    a_a, a_b = rate(p, u, False, ACCELERATION), rate(p, u, True, ACCELERATION)
+    fit, account, steady = begin(chain, p, x, w, ends, v_a, v_b, a_a, a_b, dt_ns * 1e-9)
     if not steady:
         return NOT_STEADY
     observe(p, u, x, w, y, fit, ends, account)
