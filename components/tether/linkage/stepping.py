@@ -30,8 +30,10 @@ from components.tether.linkage.chain import (
     V,
     stretched,
 )
+from components.tether.linkage.hinged import sweep_hinged
 from components.tether.linkage.rotation import rotate
-from components.tether.linkage.sweep import close, place_node, substitute, sweep
+from components.tether.linkage.segment import place_node
+from components.tether.linkage.sweep import close, substitute, sweep
 
 # What the chain may miss end b by, over its length.
 CLOSED = 1e-11
@@ -39,6 +41,8 @@ CLOSED = 1e-11
 SLACK = 1e-6
 # Largest correction of an angle in one iteration [rad].
 LARGEST_TURN = 0.5
+# Drag along over drag across below which a segment's shifts along itself are too large to invert its impedance.
+ALONG = 1e-4
 # Bend that is given to a straight chain which has to find a way out [rad].
 KICK = 1e-3
 
@@ -140,7 +144,10 @@ def correct(chain, scheme, x, w, ends):
     Returns the largest correction [rad, or of end a over the length], whether the closure determined the force, and
     what the chain misses end b by now, to the correction's second order [m].
     """
-    Sxx, Sxy, Syy, sx, sy = sweep(chain, scheme, x, w, ends.pull_ax, ends.pull_ay)
+    if chain.spring == 0.0 and (chain.c_V > ALONG * chain.c_S or chain.mass > 0.0):
+        Sxx, Sxy, Syy, sx, sy = sweep_hinged(chain, scheme, x, w, ends.pull_ax, ends.pull_ay)
+    else:
+        Sxx, Sxy, Syy, sx, sy = sweep(chain, scheme, x, w, ends.pull_ax, ends.pull_ay)
     miss_x, miss_y = missing(chain, w, ends)
     h_x = h_y = 0.0
     determined = True
