@@ -1,7 +1,7 @@
-"""The chain of rigid segments: cost of a step over its number, and times real time in the native loop, beside its error.
+"""The chain of rigid segments: cost of a step over their number, and times real time in the loop, beside the error.
 
-Two boats abreast on an about-turn with 18.288 m of rope. Beside it the method of Bhattacharya et al. 2011 as printed, in
-numpy: the quasi-static matrices of (23) in full, theta' = -B^-1 A P' of (24), stepped by Heun's method.
+Two boats abreast on an about-turn with 18.288 m of rope. Beside it the method of Bhattacharya et al. 2011 in numpy: the
+quasi-static matrices of (23) in full, theta' = -B^-1 A P' of (24), stepped by Heun's method.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Row = dict[str, str | float]
 
 
 def _loop(file: str, segments: int, step_ms: float) -> tuple[float, np.ndarray, float]:
-    """Wall time of a step of the native loop, boats included [s], nodes at the end (n+1, 3) [m], iterations of a step."""
+    """Least wall time of a step, boats included [s], nodes at the end (n+1, 3) [m], and the median wall time [s]."""
     text = (SCENARIOS / "boom_about_turn.yaml").read_text()
     text = text.replace("step: 10 ms", f"step: {step_ms} ms")
     text = text.replace(f"{{file: {QUADRATIC}, segments: 40}}", f"{{file: {file}, segments: {segments}}}")

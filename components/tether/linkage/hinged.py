@@ -10,9 +10,9 @@ with diagonal E_a, E_b and F, the inverse of its impedance. With dr = s - S h of
 """
 
 from components.compiled import kernel
-from components.tether.linkage.chain import DELTA, DRIVEN, PULLED, RN, SCRATCH, STATE, TN, T
+from components.tether.linkage.chain import DELTA, DRIVEN, HN, PULLED, RN, SCRATCH, STATE, TN, T
 from components.tether.linkage.rotation import rotate
-from components.tether.linkage.segment import load_segment, place_node
+from components.tether.linkage.segment import PUSHED, load_segment, place_node
 from components.tether.linkage.sweep import keep_law
 
 
@@ -23,18 +23,34 @@ def sweep_hinged(chain, scheme, x, w, pull_x, pull_y):
     S_tt = S_tn = S_nn = s_t = s_n = 0.0
     before_x, before_y = 1.0, 0.0
     rx, ry = w[RN], w[RN + 1]
-    place_node(chain, scheme, x, w, 0, rx, ry)
+    ux, uy = place_node(chain, scheme, x, w, 0, rx, ry)
+    # Linear drag alone has the same impedance for all segments, but for the tension's.
+    plain = chain.k_S == chain.k_V == chain.mass == chain.weight == 0.0
+    along, across = 0.5 * chain.c_V * chain.l0, chain.c_S * chain.l0 / 6.0
+    E_plain = 1.0 / (2.0 * along * scheme.c) if plain else 0.0
+    ab_plain = across * scheme.c
+    det_plain, least = 3.0 * ab_plain * ab_plain, -0.5 * PUSHED * ab_plain
     for i in range(chain.n):
         a, k = i * SCRATCH, i * STATE
         tx, ty = rotate(x[k + T], x[k + T + 1], w[a + DELTA])
         w[a + TN], w[a + TN + 1] = tx, ty
         rx, ry = rx + chain.l0 * tx, ry + chain.l0 * ty
-        place_node(chain, scheme, x, w, i + 1, rx, ry)
-        R_t, R_na, R_nb, d_t, aa, ab, bb = load_segment(chain, scheme, w, i, tx, ty, over_l0)
-        det = aa * bb - ab * ab
-        inverse = 1.0 / (det * d_t)
-        E_t, over = det * inverse, d_t * inverse
-        E_a, E_b, F = bb * over, aa * over, -ab * over
+        vx, vy = place_node(chain, scheme, x, w, i + 1, rx, ry)
+        if plain:
+            n_a, n_b, h = tx * uy - ty * ux, tx * vy - ty * vx, a + SCRATCH + HN
+            R_t = -along * (tx * (ux + vx) + ty * (uy + vy))
+            R_na, R_nb = -across * (2.0 * n_a + n_b), -across * (n_a + 2.0 * n_b)
+            g = max((0.5 * R_t - tx * w[h] - ty * w[h + 1]) * over_l0, least)
+            over = 1.0 / (det_plain + 6.0 * ab_plain * g)
+            E_a, F, E_t = (2.0 * ab_plain + g) * over, (g - ab_plain) * over, E_plain
+            E_b = E_a
+        else:
+            R_t, R_na, R_nb, d_t, aa, ab, bb = load_segment(chain, scheme, w, i, tx, ty, over_l0)
+            det = aa * bb - ab * ab
+            inverse = 1.0 / (det * d_t)
+            E_t, over = det * inverse, d_t * inverse
+            E_a, E_b, F = bb * over, aa * over, -ab * over
+        ux, uy = vx, vy
         e_t, e_a, e_b = E_t * R_t, E_a * R_na + F * R_nb, F * R_na + E_b * R_nb
         if i == 0 and chain.end_a != DRIVEN:
             B_tt = B_tn = B_nn = h_t = h_n = 0.0

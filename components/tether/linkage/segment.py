@@ -10,7 +10,7 @@ PUSHED = 0.9
 
 @kernel
 def place_node(chain, scheme, x, w, i, rx, ry):
-    """Write position, velocity and acceleration of node i."""
+    """Write position, velocity and acceleration of node i; its velocity (x, y)."""
     a, k = i * SCRATCH, i * STATE
     w[a + RN], w[a + RN + 1] = rx, ry
     vx = scheme.c * (rx - x[k + R]) + scheme.k_u * x[k + U]
@@ -19,6 +19,7 @@ def place_node(chain, scheme, x, w, i, rx, ry):
     if chain.mass > 0.0:
         w[a + AN] = scheme.c_a * (vx - x[k + V]) + scheme.k_q * x[k + Q]
         w[a + AN + 1] = scheme.c_a * (vy - x[k + V + 1]) + scheme.k_q * x[k + Q + 1]
+    return vx, vy
 
 
 @kernel

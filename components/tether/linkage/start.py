@@ -29,7 +29,7 @@ from components.tether.linkage.chain import (
     V,
     massless,
 )
-from components.tether.linkage.stepping import Scheme, fitted, keep, place, solve
+from components.tether.linkage.stepping import Scheme, balance, fitted, keep, place, solve
 
 # Bisections to the last bit of the arc's angle.
 BISECTIONS = 60
@@ -119,11 +119,12 @@ def settle(chain, x, w, ends, vx, vy):
     for _ in range(MOST):
         drift(chain, x, vx, vy)
         # Backward Euler of the shape, with the tow's velocity on top.
-        fit, account = solve(chain, Scheme(1.0 / h, 1.0, 0.0, 0.0), x, w, ends, 0.0)
+        scheme = Scheme(1.0 / h, 1.0, 0.0, 0.0)
+        fit, account = balance(chain, scheme, x, w, ends, 0.0)
         if not account.converged:
             h *= 0.25
             continue
-        keep(fit, x, w, h)
+        keep(fit, scheme, x, w, h)
         largest = 0.0
         for i in range(chain.n):
             largest = max(largest, abs(w[i * SCRATCH + DELTA]))
@@ -190,8 +191,9 @@ def begin(chain, p, x, w, ends, v_a, v_b, a_a, a_b, h):
     set_moving(fit, x, ends, v_a)
     if p[START] == GIVEN and chain.end_a == chain.end_b == DRIVEN:
         # Draw a given shape to the end that it misses.
-        solve(fit, Scheme(1.0, 1.0, 0.0, 0.0), x, w, ends, 0.0)
-        keep(fit, x, w, 1.0)
+        scheme = Scheme(1.0, 1.0, 0.0, 0.0)
+        balance(fit, scheme, x, w, ends, 0.0)
+        keep(fit, scheme, x, w, 1.0)
         set_moving(fit, x, ends, v_a)
     settled = True
     if p[START] == STEADY and vx * vx + vy * vy > 0.0:
