@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from components.markers.tracker.component import COMPONENT as TRACKER
+from components.motion.course.component import COMPONENT as COURSE
 from components.motion.ellipse.component import COMPONENT as ELLIPSE
 from components.motion.hand.component import COMPONENT as HAND
 from components.motion.van_der_pol.component import COMPONENT as VAN_DER_POL
@@ -45,6 +46,8 @@ SWEEP = {"moves": ("slow sweep north",), "durations": (15.0,)}
         ),
         (ELLIPSE, {"centre": (0.0, 0.0, 0.0), "frequency": 0.0, "ramp": 1.0, "sine": (0.0, 1.0, 0.0)}, set()),
         (HAND, SWEEP, {"programme of moves"}),
+        (COURSE, {"table": ((0.0,) * 4, (1.0, 1.0, 0.0, 0.0))}, set()),
+        (COURSE, {"table": ((0.0,) * 4, (1.0, 1.0, 0.0, 0.0), (2.0, 1.0, 1.0, 0.0))}, {"manoeuvre"}),
         (HAND, {**SWEEP, "tremor": 1e-3}, {"programme of moves", "unsteadiness"}),
         (HAND, {"table": ((0.0, 0.0, 0.0, 0.0), (1.0, 0.1, 0.0, 0.0)), "tremor": 1e-3}, {"table"}),
         (VAN_DER_POL, {"mu": 0.0, "coupling": 0.3}, {"coupling"}),

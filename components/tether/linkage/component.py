@@ -32,7 +32,7 @@ from components.tether.linkage.chain import (
     chain_of,
 )
 from components.tether.linkage.start import begin
-from components.tether.linkage.stepping import keep, second_difference, solve
+from components.tether.linkage.stepping import balance, keep, missing, second_difference
 from components.tether.linkage.validity import assess, inertia, size
 
 NOT_FINITE, NOT_STEADY, MISSES = 1, 2, 3
@@ -77,8 +77,8 @@ def across_plane(p, u):
 
 
 @kernel
-def velocity(p, u, of_b):
-    """An end's velocity in the plane; that of the other one where it is not driven, none where neither is."""
+def rate(p, u, of_b, which):
+    """An end's VELOCITY or ACCELERATION in the plane: the other's where it is not driven, none where neither is."""
     at = -1
     if p[END_B] == DRIVEN and (of_b or p[END_A] != DRIVEN):
         at = end_b_input(p)
@@ -86,7 +86,7 @@ def velocity(p, u, of_b):
         at = 0
     if at < 0:
         return 0.0, 0.0
-    return u[at + VELOCITY], u[at + VELOCITY + int(p[SECOND_AXIS])]
+    return u[at + which], u[at + which + int(p[SECOND_AXIS])]
 
 
 @kernel
@@ -133,7 +133,8 @@ def observe(p, u, x, w, y, chain, ends, account):
     load = size(w[last + HN] - w[HN], w[last + HN + 1] - w[HN + 1])
     after += 6 + n
     y[after + CONVERGED] = 1.0 if account.converged else 0.0
-    y[after + ITERATED], y[after + MISSED] = account.iterations, account.miss
+    miss_x, miss_y = missing(chain, w, ends)
+    y[after + ITERATED], y[after + MISSED] = account.iterations, size(miss_x, miss_y)
     y[after + DAMPED] = 1.0 if account.damped else 0.0
     rest = neglected(p, u, chain, ends, load)
     assess(y, after + VALIDITY, inner, outer, least, most, account.stretch, rest)
@@ -149,11 +150,13 @@ def misses(p, ends):
 
 
 def init(t_ns, dt_ns, p, u, x, y, w):
-    """Lay the chain between its ends, or find the shape of the steady tow; rates and forces as without inertia."""
+    """Lay the chain between its ends, or find the shape of the steady tow, and solve for its rates and forces."""
     chain, ends = chain_of(p), ends_of(p, u)
     if p[START] == GIVEN and p[END_A] == p[END_B] == DRIVEN and misses(p, ends):
         return MISSES
-    fit, account, steady = begin(chain, p, x, w, ends, velocity(p, u, False), velocity(p, u, True), dt_ns * 1e-9)
+    v_a, v_b = rate(p, u, False, VELOCITY), rate(p, u, True, VELOCITY)
+    a_a, a_b = rate(p, u, False, ACCELERATION), rate(p, u, True, ACCELERATION)
+    fit, account, steady = begin(chain, p, x, w, ends, v_a, v_b, a_a, a_b, dt_ns * 1e-9)
     if not steady:
         return NOT_STEADY
     observe(p, u, x, w, y, fit, ends, account)
@@ -163,10 +166,12 @@ def init(t_ns, dt_ns, p, u, x, y, w):
 def step(t_ns, dt_ns, p, u, x, y, w):
     """Advance the chain to the ends' new positions, or by the forces on them."""
     h, chain, ends = dt_ns * 1e-9, chain_of(p), ends_of(p, u)
-    fit, account = solve(chain, second_difference(h), x, w, ends, h)
-    if not isfinite(account.miss + w[RN] + w[RN + 1] + w[HN] + w[HN + 1]):
+    scheme = second_difference(h)
+    fit, account = balance(chain, scheme, x, w, ends, h)
+    keep(fit, scheme, x, w, h)
+    last = chain.n * SCRATCH
+    if not isfinite(w[last + RN] + w[last + RN + 1] + w[HN] + w[HN + 1]):
         return NOT_FINITE
-    keep(fit, x, w, h)
     observe(p, u, x, w, y, fit, ends, account)
     return 0
 

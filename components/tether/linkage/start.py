@@ -9,6 +9,7 @@ from components.tether.linkage.chain import (
     DRIVEN,
     GIVEN,
     HN,
+    RN,
     SCRATCH,
     SIDE,
     START,
@@ -19,6 +20,7 @@ from components.tether.linkage.chain import (
     TURN,
     TURN_BEFORE,
     VN,
+    Ends,
     H,
     Q,
     R,
@@ -27,15 +29,15 @@ from components.tether.linkage.chain import (
     V,
     massless,
 )
-from components.tether.linkage.stepping import Scheme, fitted, keep, solve
+from components.tether.linkage.stepping import Scheme, balance, fitted, keep, place, solve
 
 # Bisections to the last bit of the arc's angle.
 BISECTIONS = 60
 # Steps towards the steady tow, the first and the longest, over the time in which the chain goes its length; the most of
 # them, and the turn of a segment in one below which it is steady [rad].
 FIRST, LONGEST, GROWTH, MOST, STILL = 0.02, 2.0, 1.3, 400, 1e-11
-# Part of a period in which the first rates are found.
-TINY = 0.01
+# Times over which the first rates and accelerations are found [s].
+TINY, SHORT = 1e-5, 1e-3
 
 
 @kernel
@@ -67,18 +69,18 @@ def lay(chain, p, x, ends, side):
 
 
 @kernel
-def set_moving(chain, x, ends, v_a, v_b):
-    """Write positions, and velocities that go linearly from end a's to end b's."""
+def set_moving(chain, x, ends, v):
+    """Write positions, and this velocity for all nodes."""
     rx, ry = ends.ax, ends.ay
     if chain.end_a != DRIVEN and chain.end_b == DRIVEN:
         rx, ry = ends.bx, ends.by
         for i in range(chain.n):
             rx, ry = rx - chain.l0 * x[i * STATE + T], ry - chain.l0 * x[i * STATE + T + 1]
     for i in range(chain.n + 1):
-        k, share = i * STATE, i / chain.n
+        k = i * STATE
         x[k + R], x[k + R + 1] = rx, ry
         for j in range(2):
-            x[k + U + j] = x[k + V + j] = (1.0 - share) * v_a[j] + share * v_b[j]
+            x[k + U + j] = x[k + V + j] = v[j]
             x[k + Q + j] = x[k + H + j] = 0.0
         x[k + TURN] = x[k + TURN_BEFORE] = 0.0
         if i < chain.n:
@@ -117,11 +119,12 @@ def settle(chain, x, w, ends, vx, vy):
     for _ in range(MOST):
         drift(chain, x, vx, vy)
         # Backward Euler of the shape, with the tow's velocity on top.
-        fit, account = solve(chain, Scheme(1.0 / h, 1.0, 0.0, 0.0), x, w, ends, 0.0)
+        scheme = Scheme(1.0 / h, 1.0, 0.0, 0.0)
+        fit, account = balance(chain, scheme, x, w, ends, 0.0)
         if not account.converged:
             h *= 0.25
             continue
-        keep(fit, x, w, h)
+        keep(fit, scheme, x, w, h)
         largest = 0.0
         for i in range(chain.n):
             largest = max(largest, abs(w[i * SCRATCH + DELTA]))
@@ -132,10 +135,49 @@ def settle(chain, x, w, ends, vx, vy):
 
 
 @kernel
-def begin(chain, p, x, w, ends, v_a, v_b, h):
-    """Write the state at t0 and solve for its rates and forces: the chain as it lies, how that went, whether steady.
+def find_rates(chain, x, w, ends, v_a, v_b, h):
+    """Let the chain go with its ends, as drag alone allows (without drag as inertia does); how that went."""
+    # In the frame of end a, end b goes a tiny way.
+    goal = Ends(
+        ends.ax, ends.ay, ends.bx + TINY * (v_b[0] - v_a[0]), ends.by + TINY * (v_b[1] - v_a[1]),
+        ends.pull_ax, ends.pull_ay, ends.pull_bx, ends.pull_by,
+    )  # fmt: skip
+    dragged = chain.c_S > 0.0 or chain.k_S > 0.0
+    scheme = Scheme(1.0 / TINY, 1.0, 1.0 / TINY, 0.0)
+    fit, account = solve(massless(chain) if dragged else chain, scheme, x, w, goal, 0.0)
+    set_going(fit, x, w, h)
+    return account
 
-    v_a, v_b: velocities of the ends [m/s]; h: period [s]. The rates are those without inertia where there is drag.
+
+@kernel
+def find_accelerations(chain, x, w, ends, v_a, v_b, a_a, a_b, h):
+    """Balance the chain with its inertia at these rates by a short step of backward Euler; how that went."""
+    s, n = SHORT, chain.n
+    goal = Ends(
+        ends.ax + s * (v_a[0] + s * a_a[0]), ends.ay + s * (v_a[1] + s * a_a[1]),
+        ends.bx + s * (v_b[0] + s * a_b[0]), ends.by + s * (v_b[1] + s * a_b[1]),
+        ends.pull_ax, ends.pull_ay, ends.pull_bx, ends.pull_by,
+    )  # fmt: skip
+    for i in range(n):
+        x[i * STATE + TURN_BEFORE] = x[i * STATE + TURN]
+        x[i * STATE + TURN] *= s / h
+    _, account = solve(chain, Scheme(1.0 / s, 0.0, 1.0 / s, 0.0), x, w, goal, s)
+    for i in range(n + 1):
+        a, k = i * SCRATCH, i * STATE
+        for j in range(2):
+            x[k + Q + j] = (w[a + VN + j] - x[k + V + j]) / s
+            x[k + U + j] -= 0.5 * h * x[k + Q + j]
+            x[k + H + j] = w[a + HN + j]
+        x[k + TURN] = x[k + TURN_BEFORE]
+    return account
+
+
+@kernel
+def begin(chain, p, x, w, ends, v_a, v_b, a_a, a_b, h):
+    """Write the state at t0, solved for rates and forces: the chain as it lies, how that went, whether it is steady.
+
+    v_a, v_b: velocities of the ends [m/s], that of the driven one where only one is; a_a, a_b: their accelerations
+    [m/s^2]; h: period [s].
     """
     vx, vy = 0.5 * (v_a[0] + v_b[0]), 0.5 * (v_a[1] + v_b[1])
     fit, _ = fitted(chain, ends)
@@ -146,20 +188,23 @@ def begin(chain, p, x, w, ends, v_a, v_b, h):
         side = -1.0 if across > 0.0 else 1.0
     x[:] = 0.0
     lay(fit, p, x, ends, side)
-    set_moving(fit, x, ends, v_a, v_b)
+    set_moving(fit, x, ends, v_a)
     if p[START] == GIVEN and chain.end_a == chain.end_b == DRIVEN:
         # Draw a given shape to the end that it misses.
-        solve(fit, Scheme(1.0, 1.0, 0.0, 0.0), x, w, ends, 0.0)
-        keep(fit, x, w, 1.0)
-        set_moving(fit, x, ends, v_a, v_b)
+        scheme = Scheme(1.0, 1.0, 0.0, 0.0)
+        balance(fit, scheme, x, w, ends, 0.0)
+        keep(fit, scheme, x, w, 1.0)
+        set_moving(fit, x, ends, v_a)
     settled = True
     if p[START] == STEADY and vx * vx + vy * vy > 0.0:
         settled = settle(chain, x, w, ends, vx, vy)
-        set_moving(fit, x, ends, v_a, v_b)
-    dragged = chain.c_S > 0.0 or chain.k_S > 0.0
-    tiny = TINY * h
-    fit, account = solve(
-        massless(chain) if dragged else chain, Scheme(1.0 / tiny, 1.0, 1.0 / tiny, 0.0), x, w, ends, 0.0
-    )
-    set_going(fit, x, w, h)
+        set_moving(fit, x, ends, v_a)
+    account = find_rates(chain, x, w, ends, v_a, v_b, h)
+    if chain.mass > 0.0:
+        account = find_accelerations(chain, x, w, ends, v_a, v_b, a_a, a_b, h)
+    # And all is put back where it was.
+    for i in range(chain.n):
+        w[i * SCRATCH + DELTA] = 0.0
+    w[RN], w[RN + 1] = x[R], x[R + 1]
+    place(fit, Scheme(0.0, 0.0, 0.0, 0.0), x, w)
     return fit, account, settled

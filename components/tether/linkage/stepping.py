@@ -30,8 +30,10 @@ from components.tether.linkage.chain import (
     V,
     stretched,
 )
+from components.tether.linkage.hinged import sweep_hinged
 from components.tether.linkage.rotation import rotate
-from components.tether.linkage.sweep import close, place_node, substitute, sweep
+from components.tether.linkage.segment import place_node
+from components.tether.linkage.sweep import close, substitute, sweep
 
 # What the chain may miss end b by, over its length.
 CLOSED = 1e-11
@@ -39,6 +41,8 @@ CLOSED = 1e-11
 SLACK = 1e-6
 # Largest correction of an angle in one iteration [rad].
 LARGEST_TURN = 0.5
+# Drag along over drag across below which a segment's shifts along itself are too large to invert its impedance.
+ALONG = 1e-4
 # Bend that is given to a straight chain which has to find a way out [rad].
 KICK = 1e-3
 
@@ -53,11 +57,10 @@ class Scheme(NamedTuple):
 
 
 class Account(NamedTuple):
-    """How a step went. miss: of the closure [m]; stretch: of the segments; damped: whether the closure lost rank."""
+    """How a step went. stretch: of the segments; damped: whether the closure lost rank."""
 
     converged: bool
     iterations: int
-    miss: float
     stretch: float
     damped: bool
 
@@ -140,7 +143,10 @@ def correct(chain, scheme, x, w, ends):
     Returns the largest correction [rad, or of end a over the length], whether the closure determined the force, and
     what the chain misses end b by now, to the correction's second order [m].
     """
-    Sxx, Sxy, Syy, sx, sy = sweep(chain, scheme, x, w, ends.pull_ax, ends.pull_ay)
+    if chain.spring == 0.0 and (chain.c_V > ALONG * chain.c_S or chain.mass > 0.0):
+        Sxx, Sxy, Syy, sx, sy = sweep_hinged(chain, scheme, x, w, ends.pull_ax, ends.pull_ay)
+    else:
+        Sxx, Sxy, Syy, sx, sy = sweep(chain, scheme, x, w, ends.pull_ax, ends.pull_ay)
     miss_x, miss_y = missing(chain, w, ends)
     h_x = h_y = 0.0
     determined = True
@@ -165,8 +171,8 @@ def correct(chain, scheme, x, w, ends):
 
 
 @kernel
-def solve(chain, scheme, x, w, ends, h):
-    """Bring the chain into balance at the end of the step of h [s]; x is only read."""
+def balance(chain, scheme, x, w, ends, h):
+    """Find the angles and forces that balance the chain at the end of the step of h [s], without placing it."""
     chain, stretch = fitted(chain, ends)
     predict(chain, x, w, ends, h)
     allowed = CLOSED * chain.n * chain.l0
@@ -179,26 +185,38 @@ def solve(chain, scheme, x, w, ends, h):
             bend(chain, w, w[chain.n * SCRATCH + HN] * w[TN + 1] - w[chain.n * SCRATCH + HN + 1] * w[TN])
         iteration += 1
         converged = largest <= chain.tolerance and after <= allowed
-    place(chain, scheme, x, w)
-    miss_x, miss_y = missing(chain, w, ends)
-    return chain, Account(converged, iteration, sqrt(miss_x * miss_x + miss_y * miss_y), stretch, lost)
+    return chain, Account(converged, iteration, stretch, lost)
 
 
 @kernel
-def keep(chain, x, w, h):
-    """What the next step has to know."""
+def solve(chain, scheme, x, w, ends, h):
+    """Bring the chain into balance at the end of the step of h [s] and place it; x is only read."""
+    chain, account = balance(chain, scheme, x, w, ends, h)
+    place(chain, scheme, x, w)
+    return chain, account
+
+
+@kernel
+def keep(chain, scheme, x, w, h):
+    """Place the balanced chain, and keep what the next step has to know."""
     rate = 1.0 / h
+    rx, ry = w[RN], w[RN + 1]
     for i in range(chain.n + 1):
         a, k = i * SCRATCH, i * STATE
-        for j in range(2):
-            x[k + U + j] = (w[a + RN + j] - x[k + R + j]) * rate
-            x[k + R + j] = w[a + RN + j]
-            if chain.mass > 0.0:
+        w[a + RN], w[a + RN + 1] = rx, ry
+        ux, uy = rate * (rx - x[k + R]), rate * (ry - x[k + R + 1])
+        if chain.mass > 0.0:
+            place_node(chain, scheme, x, w, i, rx, ry)
+            for j in range(2):
                 x[k + Q + j] = (w[a + VN + j] - x[k + V + j]) * rate
                 x[k + V + j] = w[a + VN + j]
-            x[k + H + j] = w[a + HN + j]
+        x[k + U], x[k + U + 1], x[k + R], x[k + R + 1] = ux, uy, rx, ry
+        x[k + H], x[k + H + 1] = w[a + HN], w[a + HN + 1]
         if i < chain.n:
-            x[k + T], x[k + T + 1] = w[a + TN], w[a + TN + 1]
-            x[k + THETA] += w[a + DELTA]
+            turn = w[a + DELTA]
+            tx, ty = rotate(x[k + T], x[k + T + 1], turn)
+            rx, ry = rx + chain.l0 * tx, ry + chain.l0 * ty
+            w[a + TN], w[a + TN + 1], x[k + T], x[k + T + 1] = tx, ty, tx, ty
+            x[k + THETA] += turn
             x[k + TURN_BEFORE] = x[k + TURN]
-            x[k + TURN] = w[a + DELTA]
+            x[k + TURN] = turn

@@ -6,7 +6,8 @@ segment's load (t, n), impedance diag(d_t, d_n) against shifting, d between shif
 
     S' = (S^-1 + diag(d_t, d_n))^-1,   b = l0 n - d S' n,   w = e - d^2 S'_nn,   S_{i+1} = S' + b b' / w.
 
-A joint's spring makes the angle before it part of the answer: kappa is the spring in series with that angle's own
+This holds for every chain; where hinges are free and something resists along the line, hinged.py is faster. A joint's
+spring makes the angle before it part of the answer: kappa is the spring in series with that angle's own
 compliance, g what the force turns it. On the way back h_i = A h_{i+1} + alpha, and the angle's correction is
 beta h_{i+1} + beta_0: shifts are not carried back, which would amplify rounding.
 
@@ -17,7 +18,6 @@ tension's stiffness is in the matrix, which so is symmetric and positive; a corr
 from components.compiled import kernel
 from components.tether.linkage.chain import (
     ALPHA,
-    AN,
     BETA,
     BETA_0,
     DELTA,
@@ -33,21 +33,14 @@ from components.tether.linkage.chain import (
     STATE,
     THETA,
     TN,
-    VN,
     A,
     G,
     K,
-    Q,
-    R,
     T,
-    U,
-    V,
 )
-from components.tether.linkage.drag import quadratic
 from components.tether.linkage.rotation import rotate
+from components.tether.linkage.segment import load_segment, place_node
 
-# Part of a segment's own impedance against turning that compression may take away, so that the matrix stays positive.
-PUSHED = 0.9
 # Part of a free end's impedance across it that it has along it at least.
 LEAST_ALONG = 1e-9
 # Ratio of the closure's two compliances below which the ends' distance says nothing of the force between them.
@@ -55,62 +48,11 @@ RANK = 1e-12
 
 
 @kernel
-def place_node(chain, scheme, x, w, i, rx, ry):
-    """Write position, velocity and acceleration of node i."""
-    a, k = i * SCRATCH, i * STATE
-    w[a + RN], w[a + RN + 1] = rx, ry
-    vx = scheme.c * (rx - x[k + R]) + scheme.k_u * x[k + U]
-    vy = scheme.c * (ry - x[k + R + 1]) + scheme.k_u * x[k + U + 1]
-    w[a + VN], w[a + VN + 1] = vx, vy
-    if chain.mass > 0.0:
-        w[a + AN] = scheme.c_a * (vx - x[k + V]) + scheme.k_q * x[k + Q]
-        w[a + AN + 1] = scheme.c_a * (vy - x[k + V + 1]) + scheme.k_q * x[k + Q + 1]
-
-
-@kernel
-def load_segment(chain, scheme, w, i, tx, ty):
-    """Load of segment i with direction t: (t, n) of the sum, n at its second node; impedances d_t, d_n, d and e."""
-    a = i * SCRATCH
-    b = a + SCRATCH
-    l0 = chain.l0
-    v_ta, v_tb = tx * w[a + VN] + ty * w[a + VN + 1], tx * w[b + VN] + ty * w[b + VN + 1]
-    v_na, v_nb = tx * w[a + VN + 1] - ty * w[a + VN], tx * w[b + VN + 1] - ty * w[b + VN]
-    along, across = 0.5 * chain.c_V * l0, chain.c_S * l0 / 6.0
-    R_t, R_n, R_nb = -along * (v_ta + v_tb), -3.0 * across * (v_na + v_nb), -across * (v_na + 2.0 * v_nb)
-    R_tb = 0.5 * R_t
-    d_t, ab = 2.0 * along * scheme.c, across * scheme.c
-    aa = bb = 2.0 * ab
-    if chain.k_S > 0.0 or chain.k_V > 0.0:
-        Q_t, Q_n, Q_nb, q_t, q_aa, q_ab, q_bb = quadratic(chain, v_ta, v_tb, v_na, v_nb)
-        R_t, R_n, R_nb, R_tb = R_t + Q_t, R_n + Q_n, R_nb + Q_nb, R_tb + 0.5 * Q_t
-        d_t, aa, ab, bb = d_t + scheme.c * q_t, aa + scheme.c * q_aa, ab + scheme.c * q_ab, bb + scheme.c * q_bb
-    if chain.mass > 0.0:
-        m = chain.mass / 6.0
-        a_ta, a_tb = tx * w[a + AN] + ty * w[a + AN + 1], tx * w[b + AN] + ty * w[b + AN + 1]
-        a_na, a_nb = tx * w[a + AN + 1] - ty * w[a + AN], tx * w[b + AN + 1] - ty * w[b + AN]
-        R_t, R_tb = R_t - 3.0 * m * (a_ta + a_tb), R_tb - m * (a_ta + 2.0 * a_tb)
-        R_n, R_nb = R_n - 3.0 * m * (a_na + a_nb), R_nb - m * (a_na + 2.0 * a_nb)
-        m *= scheme.c * scheme.c_a
-        d_t, aa, ab, bb = d_t + 6.0 * m, aa + 2.0 * m, ab + m, bb + 2.0 * m
-    if chain.weight != 0.0:
-        R_t, R_tb = R_t + chain.weight * ty, R_tb + 0.5 * chain.weight * ty
-        R_n, R_nb = R_n + chain.weight * tx, R_nb + 0.5 * chain.weight * tx
-    d_n, d, own = aa + 2.0 * ab + bb, l0 * (ab + bb), l0 * l0 * bb
-    tension = l0 * (R_tb - tx * w[b + HN] - ty * w[b + HN + 1])
-    if tension < 0.0:
-        tension = max(tension, PUSHED * (d * d / d_n - own))
-    return R_t, R_n, R_nb, d_t, d_n, d, own + tension
-
-
-@kernel
-def keep_law(w, a, tx, ty, A_tt, A_tn, A_nt, A_nn, alpha_t, alpha_n, beta_t, beta_n, beta_0):
-    """Write the laws of joint force and correction in the world's axes."""
-    x_t, x_n = A_tt * tx - A_tn * ty, A_nt * tx - A_nn * ty
-    y_t, y_n = A_tt * ty + A_tn * tx, A_nt * ty + A_nn * tx
-    w[a + A], w[a + A + 1] = tx * x_t - ty * x_n, tx * y_t - ty * y_n
-    w[a + A + 2], w[a + A + 3] = ty * x_t + tx * x_n, ty * y_t + tx * y_n
-    w[a + ALPHA], w[a + ALPHA + 1] = tx * alpha_t - ty * alpha_n, ty * alpha_t + tx * alpha_n
-    w[a + BETA], w[a + BETA + 1], w[a + BETA_0] = tx * beta_t - ty * beta_n, ty * beta_t + tx * beta_n, beta_0
+def keep_law(w, a, A_tt, A_tn, A_nt, A_nn, alpha_t, alpha_n, beta_t, beta_n, beta_0):
+    """Write the laws of joint force and correction, in the segment's axes."""
+    w[a + A], w[a + A + 1], w[a + A + 2], w[a + A + 3] = A_tt, A_tn, A_nt, A_nn
+    w[a + ALPHA], w[a + ALPHA + 1] = alpha_t, alpha_n
+    w[a + BETA], w[a + BETA + 1], w[a + BETA_0] = beta_t, beta_n, beta_0
 
 
 @kernel
@@ -121,6 +63,7 @@ def sweep(chain, scheme, x, w, pull_x, pull_y):
     without a force there.
     """
     l0 = chain.l0
+    over_l0 = 1.0 / l0
     S_tt = S_tn = S_nn = s_t = s_n = 0.0
     g_t = g_n = s_theta = S_theta = kappa = preload = q_t = 0.0
     before_x, before_y = 1.0, 0.0
@@ -132,7 +75,8 @@ def sweep(chain, scheme, x, w, pull_x, pull_y):
         w[a + TN], w[a + TN + 1] = tx, ty
         rx, ry = rx + l0 * tx, ry + l0 * ty
         place_node(chain, scheme, x, w, i + 1, rx, ry)
-        R_t, R_n, R_nb, d_t, d_n, d, e = load_segment(chain, scheme, w, i, tx, ty)
+        R_t, R_na, R_nb, d_t, aa, ab, bb = load_segment(chain, scheme, w, i, tx, ty, over_l0)
+        R_n, d_n, d, e = R_na + R_nb, aa + 2.0 * ab + bb, l0 * (ab + bb), l0 * l0 * bb
         # What lies before, in this segment's axes.
         co, si = before_x * tx + before_y * ty, before_x * ty - before_y * tx
         before_x, before_y = tx, ty
@@ -177,13 +121,13 @@ def sweep(chain, scheme, x, w, pull_x, pull_y):
         if chain.spring > 0.0:
             c_t, c_n = c_t + kappa * g_t - S_tt * q_t, c_n + kappa * g_n - S_tn * q_t
         b_t, b_n = c_t, l0 + c_n
-        zeta = (R_nb - R_n) * l0 - preload - q_t * s_t - q_n * s_n
+        zeta = -R_na * l0 - preload - q_t * s_t - q_n * s_n
         beta_t, beta_n, beta_0 = -b_t * over, -b_n * over, (b_t * R_t + b_n * R_n + zeta) * over
         # h = diag(d_t, d_n) (s' + S' f + c turn) + d n turn - f, f being the load less the next joint's force.
         k_t, k_n = d_t * c_t, d_n * c_n + d
         B_tt, B_tn, B_nt, B_nn = 1.0 - d_t * S_tt, -d_t * S_tn, -d_n * S_tn, 1.0 - d_n * S_nn
         keep_law(
-            w, a, tx, ty,
+            w, a,
             B_tt + k_t * beta_t, B_tn + k_t * beta_n, B_nt + k_n * beta_t, B_nn + k_n * beta_n,
             d_t * s_t + k_t * beta_0 - B_tt * R_t - B_tn * R_n,
             d_n * s_n + k_n * beta_0 - B_nt * R_t - B_nn * R_n,
@@ -192,9 +136,8 @@ def sweep(chain, scheme, x, w, pull_x, pull_y):
         S_tt, S_tn, S_nn = S_tt + b_t * b_t * over, S_tn + b_t * b_n * over, S_nn + b_n * b_n * over
         s_t, s_n = s_t + S_tt * R_t + S_tn * R_n + b_t * zeta * over, s_n + S_tn * R_t + S_nn * R_n + b_n * zeta * over
         if chain.spring > 0.0:
-            w[a + K], w[a + K + 1], w[a + OVER] = tx * k_t - ty * k_n, ty * k_t + tx * k_n, over
-            w[a + KAPPA], w[a + PRELOAD] = kappa, preload
-            w[a + G], w[a + G + 1] = tx * g_t - ty * g_n, ty * g_t + tx * g_n
+            w[a + K], w[a + K + 1], w[a + OVER] = k_t, k_n, over
+            w[a + KAPPA], w[a + PRELOAD], w[a + G], w[a + G + 1] = kappa, preload, g_t, g_n
             S_theta, s_theta, g_t, g_n = over, beta_0, b_t * over, b_n * over
     tx, ty = before_x, before_y
     txx, txy, tyy = tx * tx, tx * ty, ty * ty
@@ -232,21 +175,21 @@ def substitute(chain, w, h_x, h_y):
     w[last + HN], w[last + HN + 1] = h_x, h_y
     for i in range(chain.n - 1, -1, -1):
         a = i * SCRATCH
-        turn = w[a + BETA] * h_x + w[a + BETA + 1] * h_y + w[a + BETA_0]
-        h_x, h_y = (
-            w[a + A] * h_x + w[a + A + 1] * h_y + w[a + ALPHA],
-            w[a + A + 2] * h_x + w[a + A + 3] * h_y + w[a + ALPHA + 1],
-        )
+        tx, ty = w[a + TN], w[a + TN + 1]
+        f_t, f_n = tx * h_x + ty * h_y, tx * h_y - ty * h_x
+        turn = w[a + BETA] * f_t + w[a + BETA + 1] * f_n + w[a + BETA_0]
+        h_t = w[a + A] * f_t + w[a + A + 1] * f_n + w[a + ALPHA]
+        h_n = w[a + A + 2] * f_t + w[a + A + 3] * f_n + w[a + ALPHA + 1]
         if chain.spring > 0.0:
             part = -m * w[a + OVER]
-            turn, h_x, h_y = turn + part, h_x + part * w[a + K], h_y + part * w[a + K + 1]
+            turn, h_t, h_n = turn + part, h_t + part * w[a + K], h_n + part * w[a + K + 1]
             if i > 0:
-                m = -w[a + PRELOAD] - w[a + KAPPA] * (turn + w[a + G] * h_x + w[a + G + 1] * h_y)
+                m = -w[a + PRELOAD] - w[a + KAPPA] * (turn + w[a + G] * h_t + w[a + G + 1] * h_n)
+        h_x, h_y = tx * h_t - ty * h_n, ty * h_t + tx * h_n
         w[a + LAST] = turn
         w[a + DELTA] += turn
         w[a + HN], w[a + HN + 1] = h_x, h_y
         largest = max(largest, abs(turn))
-        tx, ty = w[a + TN], w[a + TN + 1]
         turn_x, turn_y = turn_x - turn * ty, turn_y + turn * tx
         bent_x, bent_y = bent_x + turn * turn * tx, bent_y + turn * turn * ty
     l0 = chain.l0

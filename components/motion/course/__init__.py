@@ -1,0 +1,1 @@
+"""A vessel's course through points at given times."""
