@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import ctypes
 import importlib
-import io
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from elftools.elf.elffile import ELFFile
 from numba import njit
 
 import components
@@ -18,7 +16,6 @@ from components.compiled import OPTIONS, bind
 from components.contract import Component
 from pipeline import native_loop as loop
 from pipeline.conductor import Conductor
-from pipeline.fmu.machine_code import object_code
 from pipeline.graph import Graph, Node, alone
 from pipeline.memory import lay_out
 from pipeline.scenario import load_scenario
@@ -27,59 +24,6 @@ from pipeline.wiring import build_graph
 ROOT = Path(__file__).parents[2]
 FOLDERS = sorted(path.parent for path in (ROOT / "components").glob("*/*/component.py"))
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
-# Functions of C99's <math.h>, and of <string.h> that compilers put in for copies and fills.
-LIBC_AND_LIBM = set(
-    [
-        "acos",
-        "acosh",
-        "asin",
-        "asinh",
-        "atan",
-        "atan2",
-        "atanh",
-        "cbrt",
-        "ceil",
-        "copysign",
-        "cos",
-        "cosh",
-        "erf",
-        "erfc",
-        "exp",
-        "exp2",
-        "expm1",
-        "fabs",
-        "floor",
-        "fma",
-        "fmax",
-        "fmin",
-        "fmod",
-        "hypot",
-        "ldexp",
-        "frexp",
-        "lgamma",
-        "log",
-        "log10",
-        "log1p",
-        "log2",
-        "modf",
-        "nearbyint",
-        "pow",
-        "remainder",
-        "rint",
-        "round",
-        "sin",
-        "sincos",
-        "sinh",
-        "sqrt",
-        "tan",
-        "tanh",
-        "tgamma",
-        "trunc",
-        "memcpy",
-        "memmove",
-        "memset",
-    ]
-)
 
 
 def component_of(folder: Path) -> Component:
@@ -97,17 +41,6 @@ def test_imported_components_are_this_repository():
 @pytest.mark.parametrize("folder", FOLDERS, ids=names(FOLDERS))
 def test_component_is_named_by_its_folder(folder):
     assert component_of(folder).name == f"{folder.parent.name}.{folder.name}"
-
-
-@pytest.mark.parametrize("folder", FOLDERS, ids=names(FOLDERS))
-def test_object_code_needs_libc_and_libm_only(folder):
-    """The ground for FMUs without Python: no symbol of the interpreter or of numba's runtime is left undefined."""
-    component = component_of(folder)
-    if not component.compiled:
-        pytest.skip(f"{component.name} is a Python callable")
-    symbols = ELFFile(io.BytesIO(object_code(component))).get_section_by_name(".symtab").iter_symbols()
-    undefined = {s.name for s in symbols if s["st_shndx"] == "SHN_UNDEF" and s.name}
-    assert undefined <= LIBC_AND_LIBM
 
 
 @njit(**OPTIONS)

@@ -23,9 +23,11 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 from specimens import SCENARIOS, compiled_models, distinct, scene, specimen
+from symbols import LIBC_AND_LIBM, undefined_symbols
 
 from components.compiled import bind
 from components.contract import N_U, N_Y
+from pipeline import catalogue
 from pipeline.cli import main
 from pipeline.conductor import Conductor
 from pipeline.fmu import build as building
@@ -117,6 +119,15 @@ def native() -> dict[str, tuple[Graph, dict]]:
     graphs = {name: scene(name) for name in SCENARIOS}
     ticks = {name: min(99, graph.ticks, *(event.tick for event in graph.events)) for name, graph in graphs.items()}
     return {name: (graph, recorded(graph, ticks[name])) for name, graph in graphs.items()}
+
+
+@pytest.mark.parametrize("model", compiled_models())
+def test_object_code_needs_libc_and_libm_only(model):
+    """The ground for FMUs without Python: no symbol of the interpreter or of numba's runtime is left undefined.
+
+    Here, where the same code goes into FMUs: its compiling takes most of the time.
+    """
+    assert undefined_symbols(catalogue.find(model, ROOT)[1]) <= LIBC_AND_LIBM
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
