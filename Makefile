@@ -1,7 +1,7 @@
 # Each target sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
-SCENARIO ?= scenarios/pool_chain.yaml
+SCENARIO ?= scenarios/dp_rov_tether.yaml
 
 .PHONY: run test lint bench clean
 
@@ -9,6 +9,7 @@ run: .venv/installed
 	$(BIN)/towline run $(SCENARIO)
 
 test: .venv/installed-dev
+	$(BIN)/python -c "from pipeline import catalogue, compilation; compilation.compile_side_by_side(catalogue.models())"
 	$(BIN)/pytest -n 2 --dist loadfile
 
 lint: .venv/installed-dev

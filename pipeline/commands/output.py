@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from components import cache
+from pipeline.compilation import compile_side_by_side
 from pipeline.errors import TowlineError
 
 if TYPE_CHECKING:
@@ -58,14 +59,15 @@ def _without_infinities(value: Any) -> Any:
     return None if isinstance(value, float) and not isfinite(value) else value
 
 
-def say_compiling(graph: Graph, quiet: bool) -> None:
-    """Name the components that are about to be compiled for the first time."""
+def compile_fresh(graph: Graph, quiet: bool) -> None:
+    """Name the components that are in no cache yet, and compile them side by side."""
     from components import compiled  # with numba, which not every command needs
 
     fresh = sorted({n.component.name for n in graph.nodes if not compiled.is_cached(n.component)})
     fresh += [] if cache.is_marked("native_loop") else ["the loop"]
     if fresh and not quiet:
         _say_compiling(", ".join(fresh))
+    compile_side_by_side(fresh)
 
 
 @contextmanager

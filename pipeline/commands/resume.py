@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pipeline.commands.output import console, print_json, progress_bar, say_compiling, warn
+from pipeline.commands.output import console, print_json, progress_bar, compile_fresh, warn
 from pipeline.commands.run import add_bus_arguments, add_recording_arguments, options_of
 from pipeline.commands.summary import print_summary
 from pipeline.log.reader import open_log
@@ -29,7 +29,7 @@ def command(arguments: argparse.Namespace) -> int:
     if log.warning:
         warn(log.warning)
     scenario, graph = graph_of(log)
-    say_compiling(graph, arguments.json)
+    compile_fresh(graph, arguments.json)
     out = arguments.out or default_log(scenario.name)
     with progress_bar(scenario.name, graph.ticks * graph.base_ns / 1e9, quiet=arguments.json) as progress:
         result = resume_run(log, scenario, graph, out, options_of(arguments, scenario), progress)

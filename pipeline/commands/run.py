@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from pipeline.commands.explain import print_terms, terms
-from pipeline.commands.output import BUS_CONFIG_HELP, console, leave, print_json, progress_bar, say_compiling
+from pipeline.commands.output import BUS_CONFIG_HELP, console, leave, print_json, progress_bar, compile_fresh
 from pipeline.commands.summary import print_summary
 from pipeline.errors import TowlineError
 from pipeline.hosts.deployment import ENDPOINT, BusOptions
@@ -111,7 +111,7 @@ def command(arguments: argparse.Namespace) -> int:
     graph = build_graph(scenario)
     if arguments.explain and not arguments.json:
         print_terms(console(), graph)
-    say_compiling(graph, arguments.json)
+    compile_fresh(graph, arguments.json)
     seconds = graph.ticks * graph.base_ns / 1e9
     with progress_bar(scenario.name, seconds, quiet=arguments.json) as progress, keyboard() as keys:
         options = replace(options_of(arguments, scenario), keys=keys)

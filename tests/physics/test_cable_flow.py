@@ -146,6 +146,26 @@ def test_current_from_a_table_and_from_a_port(cable):
     port = cable(0.02, u, **CHAIN | {"current_input": True})
     parameter = cable(0.02, u[:18], **CHAIN | {"current": (0.3, 0.1, 0.0)})
     assert np.array_equal(port["nodes"], parameter["nodes"])
+    levels = np.concatenate([u[:18], np.ravel([level["velocity"] for level in SHEAR])])
+    over_depth = cable(0.02, levels, **CHAIN | {"current_input": True, "current_depths": (0.0, 10.0)})
+    profile = cable(0.02, u[:18], **CHAIN | {"current_profile": SHEAR})
+    for _ in range(20):
+        over_depth.step(levels)
+        profile.step(u[:18])
+    assert np.array_equal(over_depth["nodes"], profile["nodes"])
+    assert not np.array_equal(profile["nodes"], port["nodes"])
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"current_input": True, "current_depths": (0.0, 5.0, 5.0)}, "current_depths are .*expected each below the last"),
+        ({"current_depths": (0.0, 5.0)}, "set current_input"),
+    ],
+)
+def test_refused_depths_of_a_current(parameters, message):
+    with pytest.raises(ValueError, match=message):
+        COMPONENT.parameters(**CHAIN | parameters)
 
 
 def sea(depth=DEEP, amplitude=1e-3, period=3.0, direction=0.5, phase=0.3):

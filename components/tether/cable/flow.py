@@ -1,7 +1,7 @@
 """The moving water along the line: its velocity and acceleration at the nodes, and the force of its acceleration."""
 
 from components.compiled import kernel
-from components.environment.current import current
+from components.environment.current import LEVEL, current
 from components.environment.waves import orbit
 from components.tether.cable.line import DIR, SCRATCH, WATER, Q, R
 from components.tether.cable.part import part
@@ -9,10 +9,16 @@ from components.tether.cable.part import part
 
 @kernel
 def hear(line, u, w):
-    """Keep the current that another component gives, zero if there is none, behind the last node's water."""
+    """Keep the current that another component gives, as a table of levels behind the last node's water."""
+    if not line.heard:
+        return
     k = line.water + WATER * (line.n + 1)
-    for c in range(3):
-        w[k + c] = u[line.heard + c] if line.heard else 0.0
+    w[k] = line.table[line.heard_depths]
+    for i in range(int(w[k])):
+        level = k + 1 + LEVEL * i
+        w[level] = line.table[line.heard_depths + 1 + i]
+        for c in range(3):
+            w[level + 1 + c] = u[line.heard + 3 * i + c]
 
 
 @kernel
@@ -22,7 +28,6 @@ def sample(line, w, t, waves):
     Taken once a step where the nodes are predicted: their error there is of third order in the step, below the
     scheme's, so that the water need not be asked again in each iteration. waves: whether they are counted.
     """
-    heard = line.water + WATER * (line.n + 1)
     for i in range(line.n + 1):
         b, k = i * SCRATCH, line.water + WATER * i
         vn, ve, vd, an, ae, ad = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -31,7 +36,10 @@ def sample(line, w, t, waves):
         if line.current:
             cn, ce, cd = current(line.table, line.current, w[b + Q + 2])
             vn, ve, vd = vn + cn, ve + ce, vd + cd
-        w[k], w[k + 1], w[k + 2] = vn + w[heard], ve + w[heard + 1], vd + w[heard + 2]
+        if line.heard:
+            cn, ce, cd = current(w, line.water + WATER * (line.n + 1), w[b + Q + 2])
+            vn, ve, vd = vn + cn, ve + ce, vd + cd
+        w[k], w[k + 1], w[k + 2] = vn, ve, vd
         w[k + 3], w[k + 4], w[k + 5] = an, ae, ad
 
 

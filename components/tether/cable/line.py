@@ -21,9 +21,9 @@ ASKED = 36  # of an inextensible segment: the tension that its stretch asks for 
 SCRATCH = 37
 
 # Behind the nodes' records, each only where its term is on: the water's velocity and acceleration at the nodes, with
-# the current of the port after the last; the points on the bed that hold the nodes; the way in which each slides over
-# it in an iterate, and the force of its stick beyond friction; the rows of the banded matrix and of the full one, which
-# the static start in a current needs.
+# the levels of the port's current after the last; the points on the bed that hold the nodes; the way in which each
+# slides over it in an iterate, and the force of its stick beyond friction; the rows of the banded matrix and of the
+# full one, which the static start in a current needs.
 WATER, ANCHOR, SLIDING, BAND, FULL = 6, 2, 3, 27, 51
 
 FREE, DRIVEN, BONDED = range(3)
@@ -69,6 +69,7 @@ class Line(NamedTuple):
     parts: int  # place in p of the segments' own constants
     current: int  # place in p of the current's levels
     heard: int  # place in u of the current that another component gives
+    heard_depths: int  # place in p of the depths where it does
     waves: int  # place in p of the waves
     water: int  # place in w of the water's motion at the nodes
     clumps: int  # place in p of the clump weights
@@ -113,9 +114,10 @@ def present(p, t, s, payout, payout_change, cut):
         int(p[i]), int(p[i + 1]), int(p[i + 2]), s * p[i + 3], p[i + 4] / s, p[i + 5], s * p[i + 6], s * p[i + 7],
         s * p[i + 8], s * p[i + 9], s * p[i + 10], s * p[i + 11], int(p[i + 12]), p[i + 13], int(p[i + 14]), p[i + 15],
         int(p[i + 16]), p[i + 17], s * p[i + 18], int(p[i + 19]), int(p[i + 20]), int(p[i + 21]), int(p[i + 22]),
-        int(p[i + 23]), int(p[i + 24]), int(p[i + 25]), int(p[i + 26]), int(p[i + 27]), p[i + 28], p[i + 29], p[i + 30],
-        p[i + 31], p[i + 32], int(p[i + 33]), int(p[i + 34]), p[i + 35], int(p[i + 36]), int(p[i + 37]),
-        int(p[i + 38]), p[i + 39], p[i + 40], p[i + 41], int(p[i + 42]), int(p[i + 43]), p[i + 44], int(p[i + 45]),
+        int(p[i + 23]), int(p[i + 24]), int(p[i + 25]), int(p[i + 26]), int(p[i + 27]), int(p[i + 28]), p[i + 29],
+        p[i + 30], p[i + 31], p[i + 32], p[i + 33], int(p[i + 34]), int(p[i + 35]), p[i + 36], int(p[i + 37]),
+        int(p[i + 38]), int(p[i + 39]), p[i + 40], p[i + 41], p[i + 42], int(p[i + 43]), int(p[i + 44]), p[i + 45],
+        int(p[i + 46]),
         s, payout, payout_change, cut, t, p,
     )  # fmt: skip
 

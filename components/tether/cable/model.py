@@ -64,7 +64,10 @@ class Cable(Parameters):
     )
     current: tuple[float, float, float] = quantity("m/s", "of the water, NED, the same at all depths", (0.0,) * 3)
     current_profile: tuple[Level, ...] = choice("current at several depths instead, linear between", ())
-    current_input: bool = choice("whether another component gives a current on top, the same at all depths", False)
+    current_input: bool = choice("whether another component gives a current on top", False)
+    current_depths: tuple[float, ...] = quantity(
+        "m", "depths at which that one is given, linear between; none: it is the same at all", ()
+    )
     waves: tuple[Wave, ...] = choice("Airy waves that are summed up; the mean surface is at z = 0", ())
     water_depth: float | None = quantity("m", "for the waves; none: deep", None, gt=0)
     seabed: float | None = quantity("m", "depth (z in NED) of a level seabed; none: no seabed", None)
@@ -110,9 +113,12 @@ class Cable(Parameters):
     def _water_fits(self) -> Cable:
         if any(self.current) and self.current_profile:
             raise ValueError("give either current or current_profile")
-        depths = [level.depth for level in self.current_profile]
-        if any(low >= high for low, high in pairwise(depths)):
-            raise ValueError(f"current_profile has the depths {depths}: expected each below the last")
+        profile = [level.depth for level in self.current_profile]
+        for name, depths in (("current_profile has the depths", profile), ("current_depths are", self.current_depths)):
+            if any(low >= high for low, high in pairwise(depths)):
+                raise ValueError(f"{name} {list(depths)}: expected each below the last")
+        if self.current_depths and not self.current_input:
+            raise ValueError("current_depths are those of the input `current`: set current_input, or leave them out")
         if self.waves and self.gravity <= 0.0:
             raise ValueError(f"waves need gravity, which is {self.gravity:g} m/s^2")
         return self
@@ -177,7 +183,8 @@ def inputs(cable: Cable) -> tuple[Port, ...]:
     ports = motion_ports("end_a") if cable.end_a == "driven" else ()
     ports += motion_ports("end_b") if cable.end_b == "driven" else ()
     if cable.current_input:
-        ports += (Port("current", "m/s", (3,), "NED", "velocity of the water, on top of the parameters'"),)
+        shape = (len(cable.current_depths), 3) if cable.current_depths else (3,)
+        ports += (Port("current", "m/s", shape, "NED", "velocity of the water, on top of the parameters'"),)
     if cable.winch != "none":
         ports += (Port("payout_rate", "m/s", (), "", "unstretched length per time that the winch lets out"),)
     return ports

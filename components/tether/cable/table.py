@@ -9,6 +9,7 @@ import numpy as np
 
 from components.constants import GRAVITY
 from components.contract import HEADER
+from components.environment.current import LEVEL
 from components.environment.waves import DEEP, wave_number
 from components.tether.cable.line import (
     ANCHOR,
@@ -72,7 +73,7 @@ def places(cable: Cable) -> Places:
     has_band = any(section.stiff > 0.0 for section in spans(cable))
     memory = STATE * nodes + (SCALE if cable.winch == "none" else RATE + 1)
     return Places(
-        water=put(has_water, WATER * nodes + 3),
+        water=put(has_water, WATER * nodes + 1 + LEVEL * len(heard_depths(cable))),
         anchors=put(has_anchors, (2 * ANCHOR + SLIDING) * nodes),
         band=put(has_band, BAND * nodes),
         full=put(has_water, FULL * nodes),
@@ -190,6 +191,7 @@ def numbers(cable: Cable) -> np.ndarray:
         parts=put(own),
         current=put(_current(cable)),
         heard=9 * driven if cable.current_input else 0,
+        heard_depths=put([len(heard_depths(cable)), *heard_depths(cable)] if cable.current_input else []),
         waves=put(_waves(cable)),
         water=where.water,
         clumps=put([len(clumps) / 6, *clumps] if clumps else []),
@@ -209,7 +211,7 @@ def numbers(cable: Cable) -> np.ndarray:
         accuracy=cable.accuracy * cable.length,
         breaking_load=cable.breaking_load,
         winch={"none": 0, "a": 1, "b": -1}[cable.winch],
-        rate=9 * driven + (3 if cable.current_input else 0),
+        rate=9 * driven + 3 * len(heard_depths(cable)),
         least_scale=cable.shortest,
         event_cut=cable.cut,
         scale=1.0,
@@ -262,6 +264,11 @@ def _current(cable: Cable) -> list[float]:
         return [1, 0.0, *cable.current]
     levels = [number for level in cable.current_profile for number in (level.depth, *level.velocity)]
     return [len(cable.current_profile), *levels] if levels else []
+
+
+def heard_depths(cable: Cable) -> tuple[float, ...]:
+    """Depths at which another component gives the current."""
+    return (cable.current_depths or (0.0,)) if cable.current_input else ()
 
 
 def _waves(cable: Cable) -> list[float]:

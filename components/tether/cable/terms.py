@@ -36,7 +36,9 @@ def _water(cable: Cable) -> tuple[Term, ...]:
     added = max(2.0 * max(s.added_n, s.added_t) / s.l0 for s in parts)
     uniform, levels, waves = cable.current, len(cable.current_profile), len(cable.waves)
     told = f"{levels} levels" if levels else f"({uniform[0]:g}, {uniform[1]:g}, {uniform[2]:g}) m/s"
-    heard = "; from the port current too" if cable.current_input else ""
+    depths = len(cable.current_depths)
+    where = f" at {depths} depths" if depths else ""
+    heard = f"; from the port current too{where}" if cable.current_input else ""
     is_flowing = bool(levels) or any(uniform) or cable.current_input
     return (
         Term("drag", across > 0.0 or along > 0.0, f"{across:g} across and {along:g} along, N s^2/m^3"),
