@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 
 import psutil
@@ -20,15 +19,11 @@ from pipeline.placement import Hosts, placement_of
 from pipeline.rerun import graph_of
 from pipeline.resume import resume_run
 from pipeline.run import Options, run_scenario
-from pipeline.scenario import load_scenario, load_scenario_text
+from pipeline.scenario import load_scenario_text
 from pipeline.snapshot import Snapshot
 from pipeline.wiring import build_graph
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
-SCENARIOS = {path.stem: path for path in sorted(FOLDER.glob("*.yaml"))}
-UNTIL = {"bond_mass": "8 s", "van_der_pol": "0.5 s"}  # 250 to 800 ticks, events included; others 5 s
-# Scenes of more components share two processes: the start of each process is what takes the test's time. One does both.
-MANY, MAIN = 8, "dp_rov_tether"
 # Rates, a delayed ring, an event on a section that is due later, an offset with an end, a host with two sections.
 MIXED = """
 duration: 3 s
@@ -48,13 +43,6 @@ events:
 """
 
 
-def two_groups(scenario) -> Hosts:
-    """Components dealt to two hosts in turn, what is bonded together to one."""
-    bonded = {reference.component for tie in scenario.ties for reference in (tie.body, tie.line)}
-    free = [one.name for one in scenario.instances if one.name not in bonded]
-    return Hosts({name: "p" for name in bonded} | {name: "qp"[i % 2] for i, name in enumerate(free)})
-
-
 def run(scenario, path, bus=None, **options):
     return run_scenario(scenario, build_graph(scenario), path, Options(bus=bus, **options), lambda _: None)
 
@@ -62,21 +50,6 @@ def run(scenario, path, bus=None, **options):
 def nothing_left() -> bool:
     me = psutil.Process()
     return not me.children(recursive=True) and not [c for c in me.net_connections() if c.status == "LISTEN"]
-
-
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_every_scenario(name, tmp_path):
-    """Local, two groups, and a process each."""
-    scenario = load_scenario(SCENARIOS[name], duration=UNTIL.get(name, "5 s"))
-    local = run(scenario, tmp_path / "local.mcap")
-    each = [Hosts()] if name == MAIN or len(scenario.instances) <= MANY else []
-    for hosts in (two_groups(scenario), *each):
-        path = tmp_path / f"{len(hosts.hosts)}.mcap"
-        result = run(replace(scenario, hosts=hosts), path, BusOptions())
-        assert (result.digest, result.channels, result.bonds) == (local.digest, local.channels, local.bonds)
-        assert all(not any(counts.values()) for counts in result.hosts.values())
-        assert diff_logs(open_log(path), open_log(local.log)).identical
-        assert nothing_left()
 
 
 def test_rates_delays_and_events(tmp_path):
