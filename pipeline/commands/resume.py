@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pipeline.commands.output import console, print_json, progress_bar, compile_fresh, warn
+from pipeline.commands.output import compile_fresh, console, print_json, progress_bar, warn
 from pipeline.commands.run import add_bus_arguments, add_recording_arguments, options_of
 from pipeline.commands.summary import print_summary
 from pipeline.log.reader import open_log

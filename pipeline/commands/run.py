@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from pipeline.commands.explain import print_terms, terms
-from pipeline.commands.output import BUS_CONFIG_HELP, console, leave, print_json, progress_bar, compile_fresh
+from pipeline.commands.output import BUS_CONFIG_HELP, compile_fresh, console, leave, print_json, progress_bar
 from pipeline.commands.summary import print_summary
 from pipeline.errors import TowlineError
 from pipeline.hosts.deployment import ENDPOINT, BusOptions

@@ -159,7 +159,10 @@ def test_current_from_a_table_and_from_a_port(cable):
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"current_input": True, "current_depths": (0.0, 5.0, 5.0)}, "current_depths are .*expected each below the last"),
+        (
+            {"current_input": True, "current_depths": (0.0, 5.0, 5.0)},
+            "current_depths are .*expected each below the last",
+        ),
         ({"current_depths": (0.0, 5.0)}, "set current_input"),
     ],
 )
