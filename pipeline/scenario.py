@@ -164,9 +164,15 @@ class _Reading:
         """Raises TowlineError."""
         interface, isolate = (tree.entries.get(key) for key in ("interface", "isolate"))
         wanted = str(interface.value) if isinstance(interface, Scalar) and interface.value is not None else ""
-        path = (self._folder / name).absolute()
+        path = self._built(name) if "#" in name else (self._folder / name).absolute()
         is_apart = isinstance(isolate, Scalar) and isolate.value is True
         return str(path), component_of(path, wanted, isolate=is_apart, overdue_s=overdue_ns / 1e9)
+
+    def _built(self, reference: str) -> Path:
+        """The FMU of a component of another scenario. Raises TowlineError."""
+        from pipeline.fmu.cached import cached_fmu  # which reads scenarios itself
+
+        return cached_fmu(self._folder, reference)
 
     def _parameters(
         self, name: str, component: Component, tree: Table, place: Place, path: str, ties: list[Tie]
