@@ -25,6 +25,7 @@ COMMANDS = {
     "diff": "compare two logs",
     "validity": "judge whether a catenary was a valid model of a recorded line",
     "report": "write the validity of a recorded line as an HTML page",
+    "view": "show a log in Rerun, or save a picture of it",
     "host": "offer this machine to a conductor on another one",
     "export": "write a log's channels as parquet or csv",
     "fmu": "build an FMU from a component, or tell what one contains",

@@ -25,7 +25,7 @@ from pipeline.hosts.deployment import BusOptions, OnZenoh
 from pipeline.hosts.fmu.base import FmuHost
 from pipeline.keyboard import Keys
 from pipeline.log.conventions import COMPLETE, ENDING, RESULT
-from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, ChannelSpec, Recorder
+from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, Audience, ChannelSpec, Recorder
 from pipeline.pacing import Pacing
 from pipeline.placement import placement_of
 from pipeline.provenance import RUN, model_files, provenance, small_fmus
@@ -53,6 +53,7 @@ class Options:
     rate: simulated seconds per second of wall time, None for as fast as it goes. slice_ticks: ticks handed over at
     once, None for what suits the machine. bus: on which components run elsewhere, None for this process. tell: takes
     lines about hosts as they come. keys: by which a person pauses the run. leave: ends the process, with an error.
+    audience: takes every message as it is recorded, beside who subscribes on the bus.
     """
 
     compression: str = COMPRESSION
@@ -65,6 +66,7 @@ class Options:
     tell: Callable[[str], None] = lambda _: None
     keys: Keys | None = None
     leave: Callable[[str], NoReturn] = leave
+    audience: Audience | None = None
 
 
 @dataclass(frozen=True)
@@ -208,8 +210,9 @@ class Run:
         """Have all hosts ready, if there are any, and channels on their bus. Raises HostError."""
         interrupts.raise_if_lost()
         self.conductor.open()
-        if self.conductor.channels is not None:
-            self._recorder.publish(self.conductor.channels)
+        for audience in (self.conductor.channels, self._options.audience):
+            if audience is not None:
+                self._recorder.publish(audience)
 
     def start(self) -> None:
         """Initialise every component at t0, which is a block of its own, and make the first snapshot."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -13,10 +15,12 @@ from pipeline.commands.summary import print_summary
 from pipeline.errors import TowlineError
 from pipeline.hosts.deployment import ENDPOINT, BusOptions
 from pipeline.keyboard import keyboard
-from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, COMPRESSIONS
+from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, COMPRESSIONS, Audience
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import Scenario, load_scenario
 from pipeline.wiring import build_graph
+
+LIVE_ENDPOINT = "127.0.0.1:8765"  # loopback, and the port that those viewers ask for by default
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +34,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--set", action="append", default=[], metavar="COMP.PARAM=VALUE", help="change a parameter")
     parser.add_argument("--explain", action="store_true", help="say which terms of each model are on, and why")
+    parser.add_argument(
+        "--live",
+        nargs="?",
+        const=LIVE_ENDPOINT,
+        metavar="HOST:PORT",
+        help=f"serve Foxglove and Lichtblick while it runs, at --rate 1 unless given (default: ws://{LIVE_ENDPOINT})",
+    )
     add_bus_arguments(parser)
     add_recording_arguments(parser)
 
@@ -105,6 +116,22 @@ def options_of(arguments: argparse.Namespace, scenario: Scenario) -> Options:
     )
 
 
+@contextmanager
+def live(arguments: argparse.Namespace, name: str) -> Iterator[Audience | None]:
+    """The WebSocket for viewers if it was asked for, and where it is."""
+    if arguments.live is None:
+        yield None
+        return
+    from pipeline.viewing.live import Live
+
+    server = Live(arguments.live, name)
+    _tell(f"live at {server.url}, for Foxglove and Lichtblick")
+    try:
+        yield server
+    finally:
+        server.close()
+
+
 def command(arguments: argparse.Namespace) -> int:
     """Run it."""
     scenario = load_scenario(arguments.scenario, arguments.set, arguments.until)
@@ -113,8 +140,14 @@ def command(arguments: argparse.Namespace) -> int:
         print_terms(console(), graph)
     compile_fresh(graph, arguments.json)
     seconds = graph.ticks * graph.base_ns / 1e9
-    with progress_bar(scenario.name, seconds, quiet=arguments.json) as progress, keyboard() as keys:
-        options = replace(options_of(arguments, scenario), keys=keys)
+    with (
+        live(arguments, scenario.name) as served,
+        progress_bar(scenario.name, seconds, quiet=arguments.json) as progress,
+        keyboard() as keys,
+    ):
+        options = replace(options_of(arguments, scenario), keys=keys, audience=served)
+        if served is not None and options.rate is None:
+            options = replace(options, rate=1.0)
         result = run_scenario(scenario, graph, arguments.out, options, progress)
     if arguments.json:
         print_json(asdict(result) | ({"terms": terms(graph)} if arguments.explain else {}))

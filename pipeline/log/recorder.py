@@ -165,7 +165,7 @@ class Recorder:
         self._sequences: dict[int, int] = defaultdict(int)
         self._topics: dict[str, int] = {}
         self._described: dict[int, tuple[str, Schema]] = {}  # by MCAP channel: its topic, and what its messages are
-        self._audience: Audience | None = None
+        self._audiences: list[Audience] = []
         self._schemas: dict[str, int] = {}
         self._file = _create(self.path, overwrite)
         self._open = True
@@ -212,7 +212,7 @@ class Recorder:
         """Show whoever wants it all that is recorded from here on."""
         for topic, schema in self._described.values():
             audience.declare(topic, schema.message, schema.descriptors)
-        self._audience = audience
+        self._audiences.append(audience)
 
     def rows(self, channel: int, rows: np.ndarray) -> None:
         """Append messages to the channel of this number.
@@ -261,8 +261,8 @@ class Recorder:
     def _hold(self, stream: _Stream, t_ns: np.ndarray, rows: np.ndarray) -> None:
         if len(t_ns) == 0:
             return
-        if self._audience is not None:
-            self._show(self._audience, stream, t_ns, rows)
+        for audience in self._audiences:
+            self._show(audience, stream, t_ns, rows)
         if stream not in self._held:
             self._held.append(stream)
         self._held_bytes += stream.hold(t_ns, rows)
