@@ -45,7 +45,7 @@ class Node:
 
     @property
     def width(self) -> int:
-        """How many numbers it puts on the board."""
+        """How many float64 it puts on the board, images included."""
         return sum(port.size for port in self.outputs)
 
 
