@@ -258,7 +258,7 @@ class Wires:
             self._report(addend.place, addend.path, text)
         if len(self._problems) > before:
             return []
-        return [Term(target.indices[0], source.indices[0], source.words, delayed=addend.delayed)]
+        return [Term(target.indices[0], source.indices[0], source.words, delayed=addend.delayed, is_image=True)]
 
     def _fits(self, addend: Addend, target: Signal, source: Signal) -> bool:
         """Shapes and frames; and units where no gain changes them."""
@@ -328,7 +328,8 @@ def merged(terms: list[Term]) -> tuple[Term, ...]:
 def _continues(last: Term, term: Term) -> bool:
     same = (last.gain, last.delayed, last.assigns) == (term.gain, term.delayed, term.assigns)
     follows = term.gain == 0.0 == term.source == last.source or term.source == last.source + last.count
-    return same and follows and term.target == last.target + last.count
+    is_image = last.is_image or term.is_image
+    return same and follows and term.target == last.target + last.count and not is_image
 
 
 def _joined(last: Term, term: Term, name: str) -> tuple[float, ...]:

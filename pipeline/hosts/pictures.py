@@ -44,9 +44,7 @@ class Pictures:
 def _fault(port: ImagePort, image: object) -> str:
     expected = f"expected an array of uint8, {port.shape}"
     if image is None:
-        return (
-            f"its output {port.name} is missing; {expected} in images_out[{port.name!r}], in init and every step"
-        )
+        return f"its output {port.name} is missing; {expected} in images_out[{port.name!r}], in init and every step"
     if not isinstance(image, np.ndarray):
         return f"its output {port.name} is a {type(image).__name__}; {expected}"
     if image.dtype != np.uint8 or image.shape != port.shape:

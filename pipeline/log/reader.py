@@ -207,10 +207,14 @@ class Log:
         """Times [ns] and pixels of an image output, (height, width) grey or (height, width, 3) RGB, uint8."""
         about = {one.name: one for one in self.channel(name).images}
         for t_ns, data in self.image_messages(name, port):
-            try:
-                yield t_ns, images.pixels(about[port], data)
-            except ValueError as error:
-                raise LogError(f"{self.path}: {name}.{port} at {t_ns / 1e9:.9g} s: {error}") from error
+            yield t_ns, self.image(name, about[port], t_ns, data)
+
+    def image(self, name: str, port: ImagePort, t_ns: int, message: bytes) -> np.ndarray:
+        """The pixels in a message of an image output. Raises LogError if it does not hold an image of that shape."""
+        try:
+            return images.pixels(port, message)
+        except ValueError as error:
+            raise LogError(f"{self.path}: {name}.{port.name} at {t_ns / 1e9:.9g} s: {error}") from error
 
     def frame(self, name: str) -> pandas.DataFrame:
         """A channel as a table: index time [s], a column a float, attrs["units"]; see pipeline.log.table."""
