@@ -152,8 +152,10 @@ def _image_diff(a: Log, b: Log, name: str, ports: tuple[ImagePort, ImagePort]) -
         found = [data for _, data in group]
         times_equal = times_equal and len(found) == len(sides)
         if len(found) == len(sides) and not port_differences:
-            seen = [log.image(name, port, t_ns, data) for (log, port), data in zip(sides, found, strict=True)]
-            max_abs = max(max_abs or 0.0, float(np.abs(seen[0].astype(np.int16) - seen[1]).max()))
+            max_abs = max_abs or 0.0
+            if found[0] != found[1]:
+                seen = [log.image(name, port, t_ns, data) for (log, port), data in zip(sides, found, strict=True)]
+                max_abs = max(max_abs, float(np.abs(seen[0].astype(np.int16) - seen[1]).max()))
     same = times_equal and not max_abs and not port_differences
     return same, ChannelDiff(*counts, max_abs, times_equal, port_differences)
 
