@@ -70,9 +70,16 @@ class ImagePort(Port):
         return words.view(np.uint8)[: self.pixels].reshape(self.shape)
 
 
+def parted(ports: Iterable[Port]) -> tuple[tuple[Port, ...], tuple[ImagePort, ...]]:
+    """The ports that are numbers, and those that are images and stand behind them."""
+    ports = tuple(ports)
+    images = tuple(port for port in ports if isinstance(port, ImagePort))
+    return ports[: len(ports) - len(images)], images
+
+
 def numbers_in(ports: Iterable[Port]) -> int:
-    """How many float64 the ports take that are no images, which stand behind them."""
-    return sum(port.size for port in ports if not isinstance(port, ImagePort))
+    """How many float64 the ports take that are no images."""
+    return sum(port.size for port in parted(ports)[0])
 
 
 def placed_images(ports: Iterable[Port]) -> Iterator[tuple[ImagePort, slice]]:

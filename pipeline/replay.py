@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from components.contract import numbers_in
+from components.contract import numbers_in, parted
 from pipeline import native_loop as loop
 from pipeline.conductor import Conductor
 from pipeline.errors import LogError
 from pipeline.film import Pictures
 from pipeline.graph import Graph, Node, Term, alone
-from pipeline.log.images import parted
 from pipeline.log.reader import Log
 from pipeline.log.recorder import pack_rows
 from pipeline.loop_tables import LAW

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from google.protobuf.message import DecodeError
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from components.contract import ImagePort, Port
+from components.contract import ImagePort
 
 SECOND_NS = 1_000_000_000
 
@@ -17,12 +15,6 @@ SECOND_NS = 1_000_000_000
 def topic(component: str, port: str) -> str:
     """Where an image output is recorded."""
     return f"/image/{component}.{port}"
-
-
-def parted(ports: Sequence[Port]) -> tuple[tuple[Port, ...], tuple[ImagePort, ...]]:
-    """Those that are numbers, which stand in the component's own messages, and the images."""
-    images = tuple(port for port in ports if isinstance(port, ImagePort))
-    return tuple(port for port in ports if not isinstance(port, ImagePort)), images
 
 
 def message(frame: str, t_ns: int, image: np.ndarray) -> bytes:

@@ -16,7 +16,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, ChunkIndex, Message, Metadata
 
-from components.contract import ImagePort, Port
+from components.contract import ImagePort, Port, parted
 from pipeline.errors import LogError
 from pipeline.log import images
 from pipeline.log.contents import DAMAGE, PREFIX, chunk_data, index_entries, read_contents
@@ -120,7 +120,7 @@ class Log:
         for number, channel in sorted(self._summary.channels.items()):
             if PORTS_KEY not in channel.metadata:
                 continue
-            ports, seen = images.parted(ports_from_json(channel.metadata[PORTS_KEY]))
+            ports, seen = parted(ports_from_json(channel.metadata[PORTS_KEY]))
             schema = self._summary.schemas[channel.schema_id]
             if FileDescriptorSet.FromString(schema.data) != describe(channel.topic, ports):
                 raise ValueError(f"the schema of channel {channel.topic} does not fit its ports")

@@ -18,7 +18,7 @@ from google.protobuf.message import Message
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC, CompressionType
 
-from components.contract import ImagePort, Port, placed_images
+from components.contract import ImagePort, Port, parted, placed_images
 from pipeline.errors import LogError
 from pipeline.log import images
 from pipeline.log.chunk import Block, Writer
@@ -163,7 +163,7 @@ class Recorder:
         if compression not in COMPRESSIONS:
             raise LogError(f"compression {compression!r} is not known; use one of {', '.join(COMPRESSIONS)}")
         # May refuse, so before there is a file.
-        schemas = [describe(spec.name, images.parted(spec.ports)[0]) for spec in channels]
+        schemas = [describe(spec.name, parted(spec.ports)[0]) for spec in channels]
         self.path = Path(path)
         self._chunk_bytes = chunk_bytes
         self._scene_period_ns = scene_period_ns or 0
@@ -194,7 +194,7 @@ class Recorder:
 
     def _source(self, spec: ChannelSpec, described: FileDescriptorSet) -> _Source:
         """Register a component's channel and those of its drawings and images."""
-        numbers, _ = images.parted(spec.ports)
+        numbers, _ = parted(spec.ports)
         data = described.SerializeToString(deterministic=True)
         schema = self._writer.register_schema(message_name(spec.name), SchemaEncoding.Protobuf, data)
         pairs = {**spec.metadata, PORTS_KEY: ports_to_json(spec.ports)}
