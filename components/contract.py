@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-# Every p begins with seven numbers: the five vectors' lengths and the two 32-bit halves of the seed.
+# Every p begins with seven numbers: the five vectors' lengths (without images) and the two 32-bit halves of the seed.
 N_P, N_U, N_X, N_Y, N_W, SEED_HIGH, SEED_LOW, HEADER = range(8)
 
 Kernel = Callable[..., int]

@@ -145,7 +145,7 @@ def _outputs(log: Log) -> dict[str, tuple[str, ImagePort]]:
 def _image_diff(a: Log, b: Log, name: str, ports: tuple[ImagePort, ImagePort]) -> tuple[bool, ChannelDiff]:
     """Whether the pixels of an image output are the same, and how they differ."""
     sides = list(zip((a, b), ports, strict=True))
-    counts = [log.image_count(name, port.name) for log, port in sides]
+    count_a, count_b = (log.image_count(name, port.name) for log, port in sides)
     port_differences, times_equal, max_abs = _port_differences(ports[:1], ports[1:]), True, None
     messages = merge(*(log.image_messages(name, port.name) for log, port in sides), key=itemgetter(0))
     for t_ns, group in groupby(messages, key=itemgetter(0)):
@@ -157,7 +157,7 @@ def _image_diff(a: Log, b: Log, name: str, ports: tuple[ImagePort, ImagePort]) -
                 seen = [log.image(name, port, t_ns, data) for (log, port), data in zip(sides, found, strict=True)]
                 max_abs = max(max_abs, float(np.abs(seen[0].astype(np.int16) - seen[1]).max()))
     same = times_equal and not max_abs and not port_differences
-    return same, ChannelDiff(*counts, max_abs, times_equal, port_differences)
+    return same, ChannelDiff(count_a, count_b, max_abs, times_equal, port_differences)
 
 
 def _only_in(count: int, is_a: bool) -> ChannelDiff:
