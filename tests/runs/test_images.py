@@ -24,6 +24,7 @@ from pipeline.cli import main
 from pipeline.diff import diff_logs
 from pipeline.hosts.deployment import BusOptions
 from pipeline.log.reader import open_log
+from pipeline.replay import replay_component
 from pipeline.rerun import graph_of
 from pipeline.resume import last_snapshot, resume_run
 from pipeline.run import Options, Result, run_scenario
@@ -136,6 +137,10 @@ def test_resumed_after_a_crash(local, tmp_path):
         assert not log.complete
         assert last_snapshot(log).tick == 512  # 5.12 s, a block's end
         scenario, graph = graph_of(log)
+        cam = next(node for node in graph.nodes if node.name == "cam")
+        replay = replay_component(log, graph, cam)
+        assert replay.identical
+        assert len(replay.times_ns) == log.image_count("cam", "image") > 85  # those up to 5.12 s
         result = resume_run(log, scenario, graph, tmp_path / "whole.mcap", Options(), lambda _: None)
     assert result.digest == local.digest
     with open_log(local.log) as a, open_log(result.log) as b:
