@@ -1,4 +1,8 @@
-"""Cuts a graph's schedule into sections: maximal runs of one host's components that it allows back to back."""
+"""Cuts a graph's schedule into sections: maximal runs of one host's components that it allows back to back.
+
+Components with images are in sections with those of their own period only: their messages are large, and travel when a
+section is due.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from components.contract import ImagePort
 from pipeline.graph import Bond, Graph, Node, OtherEnd, Term, execution_order
 
 
@@ -52,22 +57,31 @@ class Section:
         return tick + 1 if self.is_due_always else min((tick // period + 1) * period for period in self.periods)
 
 
+Where = tuple[str, int]
+
+
 def cut(graph: Graph, hosts: Sequence[str]) -> tuple[Section, ...]:
     """Sections in the order of their stages, and within a stage of their first nodes. hosts: of each node."""
     groups = execution_order(graph)
     after = _successors(graph, groups)
-    host = [hosts[members[0]] for members in groups]
-    stage = _earliest(after, host)
-    _put_off(stage, after, host)
-    members: dict[tuple[int, str], list[int]] = {}
+    where = [_where(graph.nodes[members[0]], hosts[members[0]]) for members in groups]
+    stage = _earliest(after, where)
+    _put_off(stage, after, where)
+    members: dict[tuple[int, Where], list[int]] = {}
     for group in range(len(groups)):
-        members.setdefault((stage[group], host[group]), []).append(group)
+        members.setdefault((stage[group], where[group]), []).append(group)
     ordered = sorted(members.items(), key=lambda item: (item[0][0], min(groups[g][0] for g in item[1])))
     delayed = _delayed_places(graph)
     return tuple(
         _section(number, name, at, graph, [groups[g] for g in inside], delayed)
-        for number, ((at, name), inside) in enumerate(ordered)
+        for number, ((at, (name, _)), inside) in enumerate(ordered)
     )
+
+
+def _where(node: Node, host: str) -> Where:
+    """What a group shares with those that may be in its section: the host, and with images the period; else 0."""
+    has_images = any(isinstance(port, ImagePort) for port in (*node.inputs, *node.outputs))
+    return host, node.period if has_images else 0
 
 
 def _producers(graph: Graph) -> np.ndarray:
@@ -89,22 +103,22 @@ def _successors(graph: Graph, groups: list[tuple[int, ...]]) -> list[set[int]]:
     return after
 
 
-def _earliest(after: list[set[int]], host: list[str]) -> list[int]:
-    """Each group's first possible stage: one after its producers' on other hosts, no earlier than those on its own."""
+def _earliest(after: list[set[int]], where: list[Where]) -> list[int]:
+    """Each group's first possible stage: one after its producers' elsewhere, no earlier than those at its own place."""
     stage = [0] * len(after)
     for group, later in enumerate(after):
         for other in later:
-            stage[other] = max(stage[other], stage[group] + (host[other] != host[group]))
+            stage[other] = max(stage[other], stage[group] + (where[other] != where[group]))
     return stage
 
 
-def _put_off(stage: list[int], after: list[set[int]], host: list[str]) -> None:
-    """Join each section to its host's next one where no other host waits for it in between."""
+def _put_off(stage: list[int], after: list[set[int]], where: list[Where]) -> None:
+    """Join each section to its place's next one where no other place waits for it in between."""
     for at in range(max(stage, default=0) - 1, -1, -1):
-        for name in sorted({host[group] for group in range(len(stage)) if stage[group] == at}):
-            inside = [group for group in range(len(stage)) if stage[group] == at and host[group] == name]
-            following = min((s for s, h in zip(stage, host, strict=True) if h == name and s > at), default=None)
-            waiting = [stage[g] for group in inside for g in after[group] if host[g] != name]
+        for name in sorted({where[group] for group in range(len(stage)) if stage[group] == at}):
+            inside = [group for group in range(len(stage)) if stage[group] == at and where[group] == name]
+            following = min((s for s, h in zip(stage, where, strict=True) if h == name and s > at), default=None)
+            waiting = [stage[g] for group in inside for g in after[group] if where[g] != name]
             if following is not None and all(following < s for s in waiting):
                 for group in inside:
                     stage[group] = following

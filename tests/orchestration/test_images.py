@@ -14,6 +14,7 @@ from components.contract import ImagePort, Port, placed_images
 from pipeline.conductor import Conductor
 from pipeline.errors import StepError, WiringError
 from pipeline.graph import Graph
+from pipeline.sections import cut
 
 SHAPE = (37, 51)
 CAMERA = "cam: {model: ./camera.py, inputs: {height: 0}%s}"
@@ -84,6 +85,21 @@ def test_images_are_written_only_and_wholly(graph):
     pixels = SHAPE[0] * SHAPE[1]
     assert boards[0][1][8 : 8 + pixels] == wall(2).tobytes()
     assert boards[0][1][8 + pixels :] == bytes(-pixels % 8)
+
+
+def test_components_with_images_are_sections_of_their_period(graph):
+    """On one host as on several, so that pixels travel when a picture is taken, and not in every tick."""
+    camera = CAMERA.replace("height: 0", "height: a.n") % ", period: 2 s"
+    gauge, fast = GAUGE.replace("gauge.py", "gauge.py, period: 2 s"), GAUGE
+    wired = f"{gauge % 'cam.image'}\n  fast: {fast % 'cam.image'}"
+    built = graph(f"components:\n  a: {{model: ./counter.py}}\n  {camera}\n  gauge: {wired}\n")
+    sections = cut(built, ["one"] * 4)
+    assert [section.nodes for section in sections] == [(0,), (1, 2), (3,)]
+    assert [(section.host, section.stage, section.periods) for section in sections] == [
+        ("one", 0, (1,)),
+        ("one", 1, (2,)),
+        ("one", 2, (1,)),
+    ]
 
 
 BROKEN = {

@@ -32,11 +32,12 @@ from pipeline.scenario import load_scenario_text
 from pipeline.wiring import build_graph
 
 MODELS = Path(__file__).parents[1] / "orchestration" / "components"
-# Grey and colour, direct and delayed, three rates, and a picture that is given on.
+# Grey and colour, direct and delayed, three rates, and a picture that is given on; host b has three sections, of which
+# two are stepped at once.
 SCENARIO = f"""
 duration: 8 s
 step: 10 ms
-hosts: {{mark: a, cam: b, gauge: a, late: b, eye: b, seen: b}}
+hosts: {{mark: b, cam: b, gauge: a, late: b, eye: b, seen: b}}
 components:
   mark: {{model: motion.van_der_pol, inputs: {{neighbour: {{from: gauge.row, gain: 0.01 1/pixel, delay: true}}}}}}
   cam: {{model: {MODELS}/camera.py, period: 60 ms, inputs: {{height: mark.position}}}}
