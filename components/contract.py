@@ -3,11 +3,15 @@
 `status = step(t_ns, dt_ns, p, u, x, y, w)` advances the state x over the dt_ns that end at t_ns and writes the
 outputs y valid at t_ns. `init` has the same signature: it writes x and y at t_ns = t0, dt_ns being the period.
 All five vectors are flat float64 arrays; y is write-only and w is scratch that lives for one call.
+
+A component with images (ImagePort) is Python (`compiled=False`) and gets two more arguments, `images_in` and
+`images_out`: the first maps each image input to its pixels, a read-only uint8 array that lives for one call; the second
+is an empty dict, into which init and every step put a new uint8 array of the declared shape for each image output.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import prod
 from typing import Any
@@ -15,7 +19,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-# Every p begins with seven numbers: the five vectors' lengths and the two 32-bit halves of the seed.
+# Every p begins with seven numbers: the five vectors' lengths (without images) and the two 32-bit halves of the seed.
 N_P, N_U, N_X, N_Y, N_W, SEED_HIGH, SEED_LOW, HEADER = range(8)
 
 Kernel = Callable[..., int]
@@ -39,6 +43,52 @@ class Port:
     def size(self) -> int:
         """Number of float64 the port takes in its vector (row-major)."""
         return prod(self.shape)
+
+
+@dataclass(frozen=True)
+class ImagePort(Port):
+    """An image that a Python component takes or gives: uint8, (height, width) grey or (height, width, 3) RGB.
+
+    Row 0 is the top. Images stand behind all other ports. An image is wired whole to another of the same shape, and is
+    zeros (black) before its first; it is never state.
+    """
+
+    unit: str = "pixel"
+
+    @property
+    def size(self) -> int:
+        """Number of float64 whose bytes hold the pixels, the last ones filled up with zeros."""
+        return -(-self.pixels // 8)
+
+    @property
+    def pixels(self) -> int:
+        """Number of bytes."""
+        return prod(self.shape)
+
+    def in_words(self, words: np.ndarray) -> np.ndarray:
+        """The image, a view of its float64: (size,)."""
+        return words.view(np.uint8)[: self.pixels].reshape(self.shape)
+
+
+def parted(ports: Iterable[Port]) -> tuple[tuple[Port, ...], tuple[ImagePort, ...]]:
+    """The ports that are numbers, and those that are images and stand behind them."""
+    ports = tuple(ports)
+    images = tuple(port for port in ports if isinstance(port, ImagePort))
+    return ports[: len(ports) - len(images)], images
+
+
+def numbers_in(ports: Iterable[Port]) -> int:
+    """How many float64 the ports take that are no images."""
+    return sum(port.size for port in parted(ports)[0])
+
+
+def placed_images(ports: Iterable[Port]) -> Iterator[tuple[ImagePort, slice]]:
+    """The image ports, and where each one's float64 are in the vector of all ports."""
+    start = 0
+    for port in ports:
+        if isinstance(port, ImagePort):
+            yield port, slice(start, start + port.size)
+        start += port.size
 
 
 def motion_ports(bundle: str) -> tuple[Port, ...]:
@@ -166,7 +216,8 @@ class Component:
 
     inputs, outputs, sizes: functions of the parameters, fixed before init.
     init, step: plain functions of the contract's signature. With `compiled` they are compiled by numba on first use
-        and may call functions made by `components.compiled.kernel`; else they are called as Python.
+        and may call functions made by `components.compiled.kernel`; else they are called as Python, with images if
+        there are image ports.
     status_text: what each positive status means; such a status stops the run.
     bodies, lines: the ends at which a power bond can be tied, by name.
     cross: for two ends (a, b) of a line that are both bonded, the output port (3, 3) of -dF_a / d acceleration_b [kg]
@@ -201,7 +252,6 @@ class Component:
         """The vector p with its header; seed: 64 bits."""
         sizes = self.sizes(parameters)
         numbers = parameters.vector()
-        n_u = sum(port.size for port in self.inputs(parameters))
-        n_y = sum(port.size for port in self.outputs(parameters))
+        n_u, n_y = numbers_in(self.inputs(parameters)), numbers_in(self.outputs(parameters))
         header = [HEADER + len(numbers), n_u, sizes.state, n_y, sizes.workspace, seed >> 32, seed & 0xFFFFFFFF]
         return np.concatenate([np.array(header, np.float64), numbers])

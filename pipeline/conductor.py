@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from components.contract import Port, law_ports
+from components.contract import Port, law_ports, numbers_in, parted
 from pipeline import native_loop as loop
 from pipeline.bus.channels import Channels
 from pipeline.digest import block_ticks
@@ -213,7 +213,7 @@ class Conductor:
 
     def _reason(self, failed: int, status: int) -> str:
         node = self.graph.nodes[failed]
-        values = self._tables.board[self.memory.spans["y"][failed]]
+        values = self._tables.board[self.memory.spans["y"][failed]][: numbers_in(node.outputs)]
         if status == NON_FINITE and not np.isfinite(values).all():
             return f"its output {_first_non_finite(node.outputs, values)} is not finite"
         if told := self._told(failed, status):
@@ -226,10 +226,10 @@ class Conductor:
         return host.reason(status) if host is not None else ""
 
     def _inputs(self, failed: int) -> str:
-        """The inputs it had, shortened."""
+        """The numbers it had as inputs, shortened."""
         values = self._tables.inputs[self.memory.spans["u"][failed]]
         shown, at = [], 0
-        for port in self.graph.nodes[failed].inputs:
+        for port in parted(self.graph.nodes[failed].inputs)[0]:
             numbers = values[at : at + port.size]
             text = ", ".join(f"{v:.9g}" for v in numbers[:SHOWN]) + (", ..." if port.size > SHOWN else "")
             shown.append(f"{port.name} = [{text}] {port.unit}" if port.shape else f"{port.name} = {text} {port.unit}")
@@ -239,7 +239,7 @@ class Conductor:
 
 def _first_non_finite(ports: tuple[Port, ...], values: np.ndarray) -> str:
     at = 0
-    for port in ports:
+    for port in parted(ports)[0]:
         bad = np.flatnonzero(~np.isfinite(values[at : at + port.size]))
         if len(bad):
             index = "".join(f"[{i}]" for i in np.unravel_index(bad[0], port.shape)) if port.shape else ""

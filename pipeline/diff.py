@@ -1,14 +1,17 @@
-"""Compares two logs channel by channel, chunk by chunk: they may be larger than memory."""
+"""Compares two logs channel by channel, chunk by chunk and image by image: they may be larger than memory."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from heapq import merge
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 
-from components.contract import Port
+from components.contract import ImagePort, Port
+from pipeline.log.images import topic
 from pipeline.log.reader import ChannelInfo, Log
 
 Rows = tuple[np.ndarray, np.ndarray]  # times (k,) [ns] and values (k, n)
@@ -32,7 +35,10 @@ class ChannelDiff:
 
 @dataclass(frozen=True)
 class Diff:
-    """identical: every component and bond channel has the same ports and holds the same messages bit for bit."""
+    """identical: every component and bond channel has the same ports and holds the same messages bit for bit.
+
+    channels: by name; images by topic, their max_abs in grey levels.
+    """
 
     identical: bool
     channels: dict[str, ChannelDiff]
@@ -131,8 +137,30 @@ def _parts(side: int, log: Log, names: list[str]) -> Iterator[tuple[int, str, np
         yield side, name, times, values
 
 
-def _only_in(log: Log, name: str, is_a: bool) -> ChannelDiff:
-    count = log.channels[name].count
+def _outputs(log: Log) -> dict[str, tuple[str, ImagePort]]:
+    """Image outputs by topic: component and port."""
+    return {topic(name, port.name): (name, port) for name, info in log.channels.items() for port in info.images}
+
+
+def _image_diff(a: Log, b: Log, name: str, ports: tuple[ImagePort, ImagePort]) -> tuple[bool, ChannelDiff]:
+    """Whether the pixels of an image output are the same, and how they differ."""
+    sides = list(zip((a, b), ports, strict=True))
+    count_a, count_b = (log.image_count(name, port.name) for log, port in sides)
+    port_differences, times_equal, max_abs = _port_differences(ports[:1], ports[1:]), True, None
+    messages = merge(*(log.image_messages(name, port.name) for log, port in sides), key=itemgetter(0))
+    for t_ns, group in groupby(messages, key=itemgetter(0)):
+        found = [data for _, data in group]
+        times_equal = times_equal and len(found) == len(sides)
+        if len(found) == len(sides) and not port_differences:
+            max_abs = max_abs or 0.0
+            if found[0] != found[1]:
+                seen = [log.image(name, port, t_ns, data) for (log, port), data in zip(sides, found, strict=True)]
+                max_abs = max(max_abs, float(np.abs(seen[0].astype(np.int16) - seen[1]).max()))
+    same = times_equal and not max_abs and not port_differences
+    return same, ChannelDiff(count_a, count_b, max_abs, times_equal, port_differences)
+
+
+def _only_in(count: int, is_a: bool) -> ChannelDiff:
     text = f"only in {'a' if is_a else 'b'}"
     return ChannelDiff(count if is_a else 0, 0 if is_a else count, None, count == 0, (text,))
 
@@ -145,8 +173,14 @@ def diff_logs(a: Log, b: Log) -> Diff:
     for side, name, times, values in merge(*both, key=lambda part: part[2].max(initial=-1)):
         comparisons[name].add(side, times, values)
     results = {name: comparison.result() for name, comparison in comparisons.items()}
-    results |= {name: (False, _only_in(a, name, True)) for name in a.channels if name not in results}
-    results |= {name: (False, _only_in(b, name, False)) for name in b.channels if name not in results}
+    outputs = [_outputs(log) for log in (a, b)]
+    for key in (key for key in outputs[0] if key in outputs[1]):
+        (name, port), (_, other) = outputs[0][key], outputs[1][key]
+        results[key] = _image_diff(a, b, name, (port, other))
+    for log, there, is_a in ((a, outputs[0], True), (b, outputs[1], False)):
+        counts = {name: info.count for name, info in log.channels.items()}
+        counts |= {key: log.image_count(name, port.name) for key, (name, port) in there.items()}
+        results |= {key: (False, _only_in(count, is_a)) for key, count in counts.items() if key not in results}
     identical = all(same for same, _ in results.values())
     return Diff(identical, {name: channel for name, (_, channel) in results.items()})
 

@@ -14,7 +14,7 @@ class Term:
 
     The first term of a target assigns, later ones add, in the order of the YAML. A constant has gain 0 and source 0.
     delayed: the source is read as the tick began; initial is then what init reads at t0 (count values, input's unit
-    before gain and offset are applied: the signal's own value).
+    before gain and offset are applied: the signal's own value). is_image: the numbers are an image's bytes.
     """
 
     target: int
@@ -25,6 +25,7 @@ class Term:
     delayed: bool = False
     initial: tuple[float, ...] = ()  # count values, or none for zero
     assigns: bool = True
+    is_image: bool = False
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Node:
 
     @property
     def width(self) -> int:
-        """How many numbers it puts on the board."""
+        """How many float64 it puts on the board, images included."""
         return sum(port.size for port in self.outputs)
 
 

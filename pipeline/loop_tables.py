@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-# Columns of Tables.nodes. Addresses are machine addresses, the rest are indices and counts.
-(STEP, P, U, X, Y, W, DT_NS, PERIOD, BOARD, N_Y, STATE, N_X, FIRST_TERM, END_TERM, CAPTURE, OFFSET_ON) = range(16)
+# Columns of Tables.nodes. Addresses are machine addresses, the rest are indices and counts. N_Y: numbers on the board;
+# WIDTH: these and the images behind them, whose bytes stand there as float64 that nothing computes with.
+(STEP, P, U, X, Y, W, DT_NS, PERIOD, BOARD, N_Y, STATE, N_X, FIRST_TERM, END_TERM, WIDTH, OFFSET_ON) = range(16)
 # Columns of Tables.terms.
 TARGET, SOURCE, COUNT, OFFSET, ASSIGNS = range(5)
 # Columns of Tables.bonds; the last four are graph.OtherEnd's, OTHER -1 where there is none.

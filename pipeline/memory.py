@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from components import compiled
-from components.contract import N_U, N_W, N_X
+from components.contract import N_W, N_X, numbers_in
 from pipeline.errors import TowlineError
 from pipeline.graph import Graph, Node, OtherEnd, execution_order
 from pipeline.hosts.fmu.component import FmuComponent
@@ -68,7 +68,7 @@ def _rows(table: list[tuple[int, ...]], columns: int) -> np.ndarray:
 
 def _capture_layout(graph: Graph) -> tuple[np.ndarray, np.ndarray, int, int]:
     """Row lengths, row starts, total length and the ticks that fit, of the captured rows of nodes, then bonds."""
-    lengths = [1 + sum(port.size for port in node.outputs) for node in graph.nodes]
+    lengths = [1 + node.width for node in graph.nodes]
     lengths += [1 + BOND_ROW] * len(graph.bonds)
     periods = [node.period for node in graph.nodes] + [graph.nodes[bond.body].period for bond in graph.bonds]
     per_tick = sum(8 * n / period for n, period in zip(lengths, periods, strict=True))
@@ -112,7 +112,7 @@ def _vectors(graph: Graph) -> tuple[list[np.ndarray], dict[str, list[slice]]]:
     packed = [node.component.pack(node.parameters, node.seed) for node in graph.nodes]
     spans = {
         "p": _spans([len(p) for p in packed]),
-        "u": _spans([int(p[N_U]) for p in packed]),
+        "u": _spans([sum(port.size for port in node.inputs) for node in graph.nodes]),
         "x": _spans([int(p[N_X]) for p in packed]),
         "y": [slice(node.start, node.start + node.width) for node in graph.nodes],
         "w": _spans([int(p[N_W]) for p in packed]),
@@ -133,7 +133,7 @@ def _entry(node: Node, vectors: list[np.ndarray], start_ns: int) -> compiled.Ent
         except Exception as error:  # numba's are of many kinds
             text = f"{node.name} ({node.model}) cannot be compiled: {refusal(error)} (--debug shows all)"
             raise TowlineError(text) from error
-    return PythonHost(node.component.init, node.component.step, vectors)
+    return PythonHost(node.component.init, node.component.step, vectors, node.inputs, node.outputs)
 
 
 def _bonds(graph: Graph, u: list[slice], starts: np.ndarray) -> np.ndarray:
@@ -178,8 +178,8 @@ def lay_out(graph: Graph) -> Memory:
             hosts[i] = entry
             addresses[-1] = entry.workspace or addresses[-1]
         x, y = spans["x"][i], spans["y"][i]
-        places = (y.start, y.stop - y.start, x.start, x.stop - x.start, first[i], first[i + 1])
-        rows.append((entry.step, *addresses, node.period * graph.base_ns, node.period, *places, i, 0))
+        places = (y.start, numbers_in(node.outputs), x.start, x.stop - x.start, first[i], first[i + 1])
+        rows.append((entry.step, *addresses, node.period * graph.base_ns, node.period, *places, node.width, 0))
         inits.append(entry.init)
     capture = _array(total)
     order, groups = _groups(graph)

@@ -36,6 +36,7 @@ from pipeline.loop_tables import (
     STEP,
     TARGET,
     TICK,
+    WIDTH,
     P,
     Tables,
     U,
@@ -104,10 +105,10 @@ def capture(k, i, t_ns):
     """Append node i's outputs to its captured rows."""
     row = k.filled[i]
     k.capture_ns[row] = t_ns
-    first, n_y = k.nodes[i, BOARD], k.nodes[i, N_Y]
-    for c in range(n_y):
+    first, width = k.nodes[i, BOARD], k.nodes[i, WIDTH]
+    for c in range(width):
         k.capture[row + 1 + c] = k.board[first + c]
-    k.filled[i] = row + 1 + n_y
+    k.filled[i] = row + 1 + width
 
 
 @njit(inline="always", **OPTIONS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from components.contract import Port, Sizes
+from components.contract import Component, ImagePort, Port, Sizes
 from pipeline.quantities import is_unit, shown
 
 _NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
@@ -14,11 +14,13 @@ _NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
 def faults(kind: str, ports: Sequence[Port]) -> Iterator[str]:
     """What is wrong with a component's inputs or outputs (kind: "input" or "output"), naming the port."""
     names: set[str] = set()
+    is_behind_image = False
     for port in ports:
-        fault = _fault(port) or _clash(port.name, names)
+        fault = _fault(port) or _image_fault(port, is_behind_image) or _clash(port.name, names)
         if fault:
             yield f"{kind} {shown(port.name)} {fault}"
         names.add(port.name)
+        is_behind_image = is_behind_image or isinstance(port, ImagePort)
 
 
 def size_faults(sizes: Sizes) -> Iterator[str]:
@@ -36,6 +38,24 @@ def _fault(port: Port) -> str:
     if not isinstance(port.unit, str) or not is_unit(port.unit):
         return f"is in {shown(port.unit)}, which is not a known unit; expected one such as 'm/s', or '1' for none"
     return ""
+
+
+def _image_fault(port: Port, is_behind_image: bool) -> str:
+    if not isinstance(port, ImagePort):
+        return "stands behind an image; expected images last" if is_behind_image else ""
+    if len(port.shape) not in (2, 3) or port.shape[2:] not in ((), (3,)) or not all(port.shape):
+        return f"is an image of {port.shape}; expected (height, width) for grey or (height, width, 3) for RGB"
+    if port.unit != "pixel":
+        return f"is an image in {port.unit}; expected 'pixel'"
+    return ""
+
+
+def image_faults(component: Component, ports: Sequence[Port]) -> Iterator[str]:
+    """Which of a component's ports are images though it is compiled."""
+    for port in ports if component.compiled else ():
+        if isinstance(port, ImagePort):
+            text = "is an image, which only Python components can have; expected COMPONENT with compiled=False"
+            yield f"{shown(port.name)} {text}"
 
 
 def _clash(name: str, others: set[str]) -> str:

@@ -18,7 +18,7 @@ from pipeline.scenario import Scenario
 RUN = "run"  # the log's metadata record of it
 MODELS_HASH, FMUS = "models_hash", "fmus"  # in RUN; the second is JSON: {path: SHA-256}
 ATTACHED_BYTES = 16 << 20  # FMUs up to this size are put into the log
-PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf")
+PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf", "opencv-python-headless")
 
 
 def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:

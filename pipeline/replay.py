@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from components.contract import numbers_in, parted
 from pipeline import native_loop as loop
 from pipeline.conductor import Conductor
 from pipeline.errors import LogError
+from pipeline.film import Pictures
 from pipeline.graph import Graph, Node, Term, alone
 from pipeline.log.reader import Log
+from pipeline.log.recorder import pack_rows
 from pipeline.loop_tables import LAW
 
 if TYPE_CHECKING:
     from pipeline.hosts.fmu.base import FmuHost
 
+Take = Callable[[np.ndarray], None]
+
 
 @dataclass(frozen=True)
 class Replay:
-    """times_ns: (k,) of the steps that the log holds, t0 first; outputs: (k, n_y) at these.
+    """times_ns: (k,) of the steps that the log holds, t0 first; outputs: (k, n_y) numbers at these.
 
-    ports: largest absolute difference from the log, by port; None for one that the log does not hold in this shape.
+    ports: largest absolute difference from the log, by port, of images in grey levels; None for one that the log does
+    not hold in this shape.
     """
 
     component: str
@@ -85,13 +92,13 @@ def _addend(term: Term, signals: _Signals, ticks: np.ndarray) -> np.ndarray:
 
 
 def _inputs(log: Log, graph: Graph, i: int) -> tuple[np.ndarray, np.ndarray]:
-    """Ticks of node i's steps that can be replayed, from t0 on, and its inputs at each: (k,), (k, n_u)."""
+    """Ticks of node i's steps that can be replayed, from t0 on, and its numbers at each: (k,), (k, n_u)."""
     node = graph.nodes[i]
     signals = _Signals(log, graph)
     last = [signals.last_tick(j) for j in _producers(graph, node)]
     ticks = np.arange(0, min([graph.ticks, *last]) + 1, node.period)
-    u = np.zeros((len(ticks), sum(port.size for port in node.inputs)))
-    for term in node.terms:
+    u = np.zeros((len(ticks), numbers_in(node.inputs)))
+    for term in (term for term in node.terms if not term.is_image):
         span = slice(term.target, term.target + term.count)
         addend = _addend(term, signals, ticks)
         u[:, span] = addend if term.assigns else addend + u[:, span]
@@ -106,20 +113,39 @@ def _inputs(log: Log, graph: Graph, i: int) -> tuple[np.ndarray, np.ndarray]:
 class _Alone(Conductor):
     """One component, fed with inputs from a log instead of a board."""
 
-    def compute(self, u: np.ndarray, ticks: np.ndarray) -> np.ndarray:
-        """Outputs (k, n_y) at its steps, t0 first, from inputs (k, n_u) and the steps' ticks (k,). Raises StepError."""
-        y = np.empty((len(ticks), self.graph.nodes[0].width))
+    def compute(self, u: np.ndarray, ticks: np.ndarray, pictures: Pictures, take: Take) -> np.ndarray:
+        """Outputs (k, n_y) at its steps, t0 first, from inputs (k, n_u) and the steps' ticks (k,). Raises StepError.
+
+        These are the numbers; images are shown and compared step by step. take: gets the rows.
+        """
+        y = np.empty((len(ticks), numbers_in(self.graph.nodes[0].outputs)))
         self._tables.inputs[: u.shape[1]] = u[0]
+        pictures.show(self._tables.inputs, 0)
         self.initialise()
         y[0] = self._tables.board[: y.shape[1]]
-        done = 1
+        if not pictures.is_any:
+            self._compute(u, y, ticks)
+            take(pack_rows(self._times_ns(ticks), y))
+            return y
+        for s in range(len(ticks)):
+            if s:
+                pictures.show(self._tables.inputs, int(ticks[s]))
+                self._compute(u[: s + 1], y[: s + 1], ticks[: s + 1], s)
+            pictures.compare(self._tables.board, s)
+            take(pack_rows(self._times_ns(ticks[s : s + 1]), self._tables.board[None, : self.graph.board]))
+        return y
+
+    def _times_ns(self, ticks: np.ndarray) -> np.ndarray:
+        return self.graph.start_ns + ticks * self.graph.base_ns
+
+    def _compute(self, u: np.ndarray, y: np.ndarray, ticks: np.ndarray, done: int = 1) -> None:
+        """The steps from number `done` on."""
         while done < len(ticks):
             while (next_tick := self.events.next_tick()) is not None and next_tick < ticks[done]:
                 self.events.fire(next_tick)
             end = len(ticks) if next_tick is None else int(np.searchsorted(ticks, next_tick, side="right"))
             self._step(u, y, done, end)
             done = end
-        return y
 
     def _step(self, u: np.ndarray, y: np.ndarray, first: int, end: int) -> None:
         """Steps first..end-1. Raises StepError."""
@@ -140,19 +166,23 @@ def led_to(log: Log, graph: Graph, i: int, tick: int) -> FmuHost:
     if k == 0 or ticks[k - 1] < last:
         raise LogError(f"{log.path}: it does not hold all inputs of {node.name}, which cannot save its state")
     single = _Alone(alone(graph, node))
-    single.compute(u[:k], ticks[:k])
+    single.compute(u[:k], ticks[:k], Pictures(log, graph, i, node), _ignore)
     return single.memory.fmus[0]
+
+
+def _ignore(_: np.ndarray) -> None:
+    """Rows that nobody wants."""
 
 
 def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -> dict[str, float | None]:
     before: dict[str, tuple[tuple[int, ...], np.ndarray]] = {}
     at = 0
-    for port in logged_node.outputs:
+    for port in parted(logged_node.outputs)[0]:
         before[port.name] = (port.shape, logged[:, at : at + port.size])
         at += port.size
     differences: dict[str, float | None] = {}
     at = 0
-    for port in node.outputs:
+    for port in parted(node.outputs)[0]:
         shape, values = before.get(port.name, ((-1,), logged))
         difference = None
         if shape == port.shape:
@@ -163,20 +193,22 @@ def _compare(node: Node, y: np.ndarray, logged_node: Node, logged: np.ndarray) -
     return differences
 
 
-def replay_component(log: Log, graph: Graph, node: Node) -> Replay:
+def replay_component(log: Log, graph: Graph, node: Node, take: Take = _ignore) -> Replay:
     """Run a node of the log's graph again, maybe with other parameters than the graph's of that name.
 
+    take: gets its new rows, (k, 1 + n) as the recorder takes them, images included; where there are some, step by step.
     A log that ends early is replayed as far as it holds the node's own steps. Raises LogError if an input was not
     recorded at every step, StepError if it fails.
     """
     i = [other.name for other in graph.nodes].index(node.name)
     ticks, u = _inputs(log, graph, i)
-    logged = _Signals(log, graph).steps(i)
+    logged, pictures = _Signals(log, graph).steps(i), Pictures(log, graph, i, node)
     if len(logged) == 0:
         raise LogError(f"{log.path}: holds no step of {node.name}")
-    k = min(len(ticks), len(logged))
+    k = pictures.steps(ticks[: len(logged)])
     ticks, u, logged = ticks[:k], u[:k], logged[:k]
-    y = _Alone(alone(graph, node)).compute(u, ticks)
-    identical = np.array_equal(y.view(np.uint64), logged.view(np.uint64))
+    y = _Alone(alone(graph, node)).compute(u, ticks, pictures, take)
+    identical = np.array_equal(y.view(np.uint64), logged.view(np.uint64)) and not any(pictures.differences.values())
     times = graph.start_ns + ticks * graph.base_ns
-    return Replay(node.name, times, y, identical, _compare(node, y, graph.nodes[i], logged))
+    differences = _compare(node, y, graph.nodes[i], logged) | pictures.differences
+    return Replay(node.name, times, y, identical, differences)

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from heapq import merge
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +15,7 @@ from pipeline.distributed import Distributed
 from pipeline.errors import LogError
 from pipeline.graph import Graph
 from pipeline.log.conventions import COMPLETE, ENDING, RESULT
+from pipeline.log.images import topic
 from pipeline.log.reader import Log
 from pipeline.log.recorder import pack_rows
 from pipeline.replay import led_to
@@ -31,13 +36,30 @@ def last_snapshot(log: Log) -> Snapshot:
 
 
 def _copy(log: Log, run: Run, graph: Graph, until_ns: int) -> None:
-    numbers = {spec.name: channel for channel, spec in enumerate(channels(graph))}
-    for name, times, values in log.parts([name for name in numbers if name in log.channels]):
-        kept = int(np.searchsorted(times, until_ns, side="right"))
-        run.copy(numbers[name], pack_rows(times[:kept], values[:kept]))
+    """Rows, images and events up to a time, about in its order."""
+    numbers = {spec.name: channel for channel, spec in enumerate(channels(graph)) if spec.name in log.channels}
+    outputs = [(name, port.name) for name in numbers for port in log.channels[name].images]
+    streams = [_rows(log, run, numbers, until_ns), *(_images(log, run, *output, until_ns) for output in outputs)]
+    for _, copy in merge(*streams, key=itemgetter(0)):
+        copy()
     for t_ns, text in log.events():
         if t_ns < until_ns:
             run.copy_event(t_ns, text)
+
+
+def _rows(log: Log, run: Run, numbers: Mapping[str, int], until_ns: int) -> Iterator[tuple[int, Callable[[], None]]]:
+    """What copies rows, chunk by chunk, after the time of the last one."""
+    for name, times, values in log.parts(list(numbers)):
+        kept = int(np.searchsorted(times, until_ns, side="right"))
+        yield int(times.max(initial=-1)), partial(run.copy, numbers[name], pack_rows(times[:kept], values[:kept]))
+
+
+def _images(log: Log, run: Run, name: str, port: str, until_ns: int) -> Iterator[tuple[int, Callable[[], None]]]:
+    """What copies the images of an output, each at its time."""
+    for t_ns, data in log.image_messages(name, port):
+        if t_ns > until_ns:
+            return
+        yield t_ns, partial(run.copy_image, topic(name, port), t_ns, data)
 
 
 def _lead_fmus(log: Log, run: Run, graph: Graph, snapshot: Snapshot) -> None:

@@ -247,6 +247,10 @@ class Run:
         self.recorded[channel] += len(rows)
         self._recorder.rows(channel, rows)
 
+    def copy_image(self, topic: str, t_ns: int, payload: bytes) -> None:
+        """Put an image that another log holds into this one."""
+        self._recorder.image(topic, t_ns, payload)
+
     def copy_event(self, t_ns: int, text: str) -> None:
         """Put an event that another log holds into this one."""
         self._recorder.event(t_ns, text)

@@ -1,4 +1,8 @@
-"""Cuts a graph's schedule into sections: maximal runs of one host's components that it allows back to back."""
+"""Cuts a graph's schedule into sections: maximal runs of one host's components that it allows back to back.
+
+Components with images are in sections with those of their own period only: their messages are large, and travel when a
+section is due.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from components.contract import ImagePort
 from pipeline.graph import Bond, Graph, Node, OtherEnd, Term, execution_order
 
 
@@ -52,22 +57,31 @@ class Section:
         return tick + 1 if self.is_due_always else min((tick // period + 1) * period for period in self.periods)
 
 
+Where = tuple[str, int]
+
+
 def cut(graph: Graph, hosts: Sequence[str]) -> tuple[Section, ...]:
     """Sections in the order of their stages, and within a stage of their first nodes. hosts: of each node."""
     groups = execution_order(graph)
     after = _successors(graph, groups)
-    host = [hosts[members[0]] for members in groups]
-    stage = _earliest(after, host)
-    _put_off(stage, after, host)
-    members: dict[tuple[int, str], list[int]] = {}
+    where = [_where(graph.nodes[members[0]], hosts[members[0]]) for members in groups]
+    stage = _earliest(after, where)
+    _put_off(stage, after, where)
+    members: dict[tuple[int, Where], list[int]] = {}
     for group in range(len(groups)):
-        members.setdefault((stage[group], host[group]), []).append(group)
+        members.setdefault((stage[group], where[group]), []).append(group)
     ordered = sorted(members.items(), key=lambda item: (item[0][0], min(groups[g][0] for g in item[1])))
     delayed = _delayed_places(graph)
     return tuple(
         _section(number, name, at, graph, [groups[g] for g in inside], delayed)
-        for number, ((at, name), inside) in enumerate(ordered)
+        for number, ((at, (name, _)), inside) in enumerate(ordered)
     )
+
+
+def _where(node: Node, host: str) -> Where:
+    """What a group shares with those that may be in its section: the host, and with images the period; else 0."""
+    has_images = any(isinstance(port, ImagePort) for port in (*node.inputs, *node.outputs))
+    return host, node.period if has_images else 0
 
 
 def _producers(graph: Graph) -> np.ndarray:
@@ -83,28 +97,28 @@ def _successors(graph: Graph, groups: list[tuple[int, ...]]) -> list[set[int]]:
     for i, node in enumerate(graph.nodes):
         for term in node.terms:
             if not term.delayed and term.gain != 0.0:
-                for j in set(producer[term.source : term.source + term.count].tolist()):
+                for j in np.unique(producer[term.source : term.source + term.count]).tolist():
                     if group_of[j] != group_of[i]:
                         after[group_of[j]].add(group_of[i])
     return after
 
 
-def _earliest(after: list[set[int]], host: list[str]) -> list[int]:
-    """Each group's first possible stage: one after its producers' on other hosts, no earlier than those on its own."""
+def _earliest(after: list[set[int]], where: list[Where]) -> list[int]:
+    """Each group's first possible stage: one after its producers' elsewhere, no earlier than those at its own place."""
     stage = [0] * len(after)
     for group, later in enumerate(after):
         for other in later:
-            stage[other] = max(stage[other], stage[group] + (host[other] != host[group]))
+            stage[other] = max(stage[other], stage[group] + (where[other] != where[group]))
     return stage
 
 
-def _put_off(stage: list[int], after: list[set[int]], host: list[str]) -> None:
-    """Join each section to its host's next one where no other host waits for it in between."""
+def _put_off(stage: list[int], after: list[set[int]], where: list[Where]) -> None:
+    """Join each section to its place's next one where no other place waits for it in between."""
     for at in range(max(stage, default=0) - 1, -1, -1):
-        for name in sorted({host[group] for group in range(len(stage)) if stage[group] == at}):
-            inside = [group for group in range(len(stage)) if stage[group] == at and host[group] == name]
-            following = min((s for s, h in zip(stage, host, strict=True) if h == name and s > at), default=None)
-            waiting = [stage[g] for group in inside for g in after[group] if host[g] != name]
+        for name in sorted({where[group] for group in range(len(stage)) if stage[group] == at}):
+            inside = [group for group in range(len(stage)) if stage[group] == at and where[group] == name]
+            following = min((s for s, h in zip(stage, where, strict=True) if h == name and s > at), default=None)
+            waiting = [stage[g] for group in inside for g in after[group] if where[g] != name]
             if following is not None and all(following < s for s in waiting):
                 for group in inside:
                     stage[group] = following
@@ -130,21 +144,23 @@ def _section(
     delayed: dict[tuple[int, int], int],
 ) -> Section:
     nodes = sorted(node for group in groups for node in group)
-    place: dict[int, int] = {}  # on the section's board, of its own signals
-    for i in nodes:
-        for signal in range(graph.nodes[i].start, graph.nodes[i].start + graph.nodes[i].width):
-            place[signal] = len(place)
-    outside: dict[int, int] = {}  # place on the whole board -> place on the section's
+    signals = np.concatenate([np.arange(n.start, n.start + n.width) for n in (graph.nodes[i] for i in nodes)])
+    place = np.full(graph.board, -1)  # on the section's board, of its own signals
+    place[signals] = np.arange(len(signals))
+    copies = sum(term.count for node in graph.nodes for term in node.terms if term.delayed)
+    foreign = np.full(graph.board + copies, -1)  # on the section's board, of what it reads from elsewhere
+    outside: list[np.ndarray] = []
 
-    def seen(i: int, j: int, offset: int) -> tuple[int, bool]:
-        """Where the section reads a number of node i's term j, and whether that is one of its own signals."""
+    def seen(i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
+        """Where the section reads the numbers of node i's term j, and whether these are its own signals."""
         term = graph.nodes[i].terms[j]
-        if term.gain == 0.0:
-            return 0, True
-        if term.source + offset in place:
-            return place[term.source + offset], True
-        whole = (delayed[i, j] if term.delayed else term.source) + offset
-        return outside.setdefault(whole, len(place) + len(outside)), False
+        source = np.arange(term.source, term.source + term.count)
+        own = place[source] >= 0
+        whole = delayed[i, j] + np.arange(term.count) if term.delayed else source
+        new = whole[~own & (foreign[whole] < 0)]
+        foreign[new] = len(signals) + sum(map(len, outside)) + np.arange(len(new))
+        outside.append(new)
+        return np.where(own, place[source], foreign[whole]), own
 
     renumbered = {node: index for index, node in enumerate(nodes)}
     inside = [_moved(graph.nodes[i], i, place, seen) for i in nodes]
@@ -153,36 +169,38 @@ def _section(
         graph,
         nodes=tuple(inside),
         stages=(tuple(tuple(renumbered[i] for i in group) for group in groups),),
-        board=len(place) + len(outside),
+        board=len(signals) + sum(map(len, outside)),
         bonds=tuple(_moved_bond(graph.bonds[j], renumbered, bonds, place) for j in bonds),
         events=(),
     )
-    return Section(number, host, stage, tuple(nodes), tuple(bonds), np.array([*outside], np.int64), alone)
+    return Section(
+        number, host, stage, tuple(nodes), tuple(bonds), np.concatenate([[], *outside]).astype(np.int64), alone
+    )
 
 
-Seen = Callable[[int, int, int], tuple[int, bool]]
+Seen = Callable[[int, int], tuple[np.ndarray, np.ndarray]]
 
 
-def _moved(node: Node, i: int, place: dict[int, int], seen: Seen) -> Node:
+def _moved(node: Node, i: int, place: np.ndarray, seen: Seen) -> Node:
     """The node on the section's board; what comes from other sections is read there directly."""
-    terms = [part for j, term in enumerate(node.terms) for part in _parts(term, lambda c, j=j: seen(i, j, c))]
-    return replace(node, start=place[node.start] if node.width else 0, terms=tuple(terms))
+    terms = [
+        part
+        for j, term in enumerate(node.terms)
+        for part in ([term] if term.gain == 0.0 else _parts(term, *seen(i, j)))
+    ]
+    return replace(node, start=int(place[node.start]) if node.width else 0, terms=tuple(terms))
 
 
-def _parts(term: Term, seen: Callable[[int], tuple[int, bool]]) -> Iterable[Term]:
+def _parts(term: Term, places: np.ndarray, own: np.ndarray) -> Iterable[Term]:
     """A term made into ones whose sources follow each other on the section's board; each number stays the same."""
-    if term.gain == 0.0:
-        return [term]
-    places = [seen(c) for c in range(term.count)]
-    cuts = [c for c in range(1, term.count) if places[c] != (places[c - 1][0] + 1, places[c - 1][1])]
+    cuts = (np.flatnonzero((np.diff(places) != 1) | (own[1:] != own[:-1])) + 1).tolist()
     parts = []
     for first, end in zip([0, *cuts], [*cuts, term.count], strict=True):
-        source, own = places[first]
-        is_delayed = term.delayed and own
+        is_delayed = term.delayed and bool(own[first])
         part = replace(
             term,
             target=term.target + first,
-            source=source,
+            source=int(places[first]),
             count=end - first,
             offset=term.offset[first:end],
             delayed=is_delayed,
@@ -192,17 +210,17 @@ def _parts(term: Term, seen: Callable[[int], tuple[int, bool]]) -> Iterable[Term
     return parts
 
 
-def _moved_bond(bond: Bond, nodes: dict[int, int], bonds: list[int], place: dict[int, int]) -> Bond:
+def _moved_bond(bond: Bond, nodes: dict[int, int], bonds: list[int], place: np.ndarray) -> Bond:
     other = bond.other
     if other is not None:
-        at = place[other.cross], place[other.accelerance]
+        at = int(place[other.cross]), int(place[other.accelerance])
         other = OtherEnd(bonds.index(other.bond), at[0], other.is_first, at[1])
     return replace(
         bond,
         line=nodes[bond.line],
         body=nodes[bond.body],
-        motion=place[bond.motion],
-        law=place[bond.law],
-        accepted=place[bond.accepted],
+        motion=int(place[bond.motion]),
+        law=int(place[bond.law]),
+        accepted=int(place[bond.accepted]),
         other=other,
     )

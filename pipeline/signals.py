@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from components.contract import Port
+from components.contract import ImagePort, Port
 from pipeline.catalogue import closest
 from pipeline.quantities import shown
 
@@ -32,13 +32,17 @@ class Reference:
 
 @dataclass(frozen=True)
 class Signal:
-    """Part of a vector (a board, a u): its indices in row-major order of its shape."""
+    """Part of a vector (a board, a u): its indices in row-major order of its shape.
+
+    words: of an image, the number of float64 that hold it; then indices has the first of them alone.
+    """
 
     label: str
     indices: tuple[int, ...]
     shape: tuple[int, ...]
     unit: str
     frame: str
+    words: int = 0
 
 
 def reference(text: str) -> Reference:
@@ -72,9 +76,8 @@ def locate(
     members: dict[str, Signal] = {}
     for port in ports:
         if not name or port.name == name or port.name.startswith(f"{name}."):
-            indices = np.arange(start, start + port.size).reshape(port.shape)
             label = f"{owner}.{port.name}" if owner else port.name
-            members[port.name[len(name) + 1 :] if name else port.name] = _sliced(label, indices, port, part)
+            members[port.name[len(name) + 1 :] if name else port.name] = _signal(label, start, port, part)
         start += port.size
     if not members:
         names = list(dict.fromkeys(n for p in ports for n in (p.name, p.name.rpartition(".")[0]) if n))
@@ -96,7 +99,12 @@ def runs(indices: tuple[int, ...]) -> list[tuple[int, int, int]]:
     return found
 
 
-def _sliced(label: str, indices: np.ndarray, port: Port, part: str | None) -> Signal:
+def _signal(label: str, start: int, port: Port, part: str | None) -> Signal:
+    if isinstance(port, ImagePort):
+        if part is not None:
+            raise ValueError(f"{label} is an image, which has no slices; expected {label}")
+        return Signal(label, (start,), port.shape, port.unit, port.frame, port.size)
+    indices = np.arange(start, start + port.size).reshape(port.shape)
     if part is not None:
         label = f"{label}[{part}]"
         indices = np.asarray(indices[_selection(label, port, part)])

@@ -113,6 +113,9 @@ class _Timeline:
             self._problems.append(Problem(change.key, change.path, text))
             return []
         signal = found[""]
+        if signal.words:
+            self._problems.append(Problem(change.key, change.path, f"{what} is an image; nothing can be added to it"))
+            return []
         values = array(change.value, signal.unit, signal.shape, change.path, self._problems)
         return [(first, values[at : at + count]) for at, first, count in runs(signal.indices) if values]
 

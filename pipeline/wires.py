@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from components.contract import Port
+from components.contract import ImagePort, Port
 from pipeline import parameters, schedule
 from pipeline.catalogue import closest, meant
 from pipeline.document import below
@@ -65,6 +65,9 @@ class Wires:
             return
         self._claim(consumer, wire, targets)
         for number, addend in enumerate(wire.addends):
+            if number and any(target.words for target in targets.values()):
+                self._report(addend.place, addend.path, "images cannot be added; expected one signal")
+                break
             terms = self._addend(consumer, wire, addend, targets)
             consumer.terms.extend(replace(term, assigns=number == 0) for term in terms)
 
@@ -89,8 +92,10 @@ class Wires:
                 bundles.setdefault(bundle, []).append(member)
                 continue
             what = f"'{port.name}' is" if loose == port.size else f"{loose} of {port.size} in '{port.name}' are"
-            expected = _quantity_of(port.shape, port.unit)
-            self._report(place, path, f"{what} not wired; expected {expected}, from a signal or constant")
+            expected = f"{_quantity_of(port.shape, port.unit)}, from a signal or constant"
+            if isinstance(port, ImagePort):
+                what, expected = f"'{port.name}' is", image_of(port.shape)
+            self._report(place, path, f"{what} not wired; expected {expected}")
         for bundle, members in bundles.items():
             self._report(place, path, f"'{bundle}' is not wired; expected a bundle of {', '.join(members)}")
 
@@ -101,7 +106,8 @@ class Wires:
         misspelt = meant(set(written) - names, names)
         start, defaults = 0, draft.instance.component.defaults(draft.instance.parameters)
         for port in draft.inputs:
-            loose = 0 if port.name in defaults else draft.fed_by[start : start + port.size].count("")
+            end = start + (1 if isinstance(port, ImagePort) else port.size)  # an image is fed as a whole
+            loose = 0 if port.name in defaults else draft.fed_by[start:end].count("")
             start += port.size
             if loose and not {port.name, port.name.rpartition(".")[0]} & misspelt:
                 yield port, loose
@@ -202,6 +208,10 @@ class Wires:
             self._report(addend.place, addend.path, text)
             return []
         target = targets[""]
+        if target.words:
+            text = f"a constant; {target.label} expects {image_of(target.shape)}, from a signal"
+            self._report(addend.place, addend.path, text)
+            return []
         values = self._array(addend.offset, target.unit, target.shape, addend.path)
         return [
             Term(first, 0, count, gain=0.0, offset=values[position : position + count])
@@ -210,6 +220,8 @@ class Wires:
         ]
 
     def _terms(self, addend: Addend, target: Signal, source: Signal) -> list[Term]:
+        if target.words or source.words:
+            return self._image(addend, target, source)
         if not self._fits(addend, target, source):
             return []
         gain = self._gain(addend, target, source)
@@ -230,6 +242,23 @@ class Wires:
             )
             for position, count in _common_runs(target.indices, source.indices)
         ]
+
+    def _image(self, addend: Addend, target: Signal, source: Signal) -> list[Term]:
+        """The pixels as they are, from an image to another of the same shape and frame."""
+        before, given = len(self._problems), "initial" if addend.initial is not None else ""
+        given = "gain" if addend.gain is not None else "offset" if addend.offset is not None else given
+        if not (target.words and source.words) or source.shape != target.shape:
+            text = f"{source.label} is {_kind_of(source)}; {target.label} expects {_kind_of(target)}"
+            self._report(addend.place, addend.path, text)
+        elif source.frame and target.frame and source.frame != target.frame:
+            text = f"{source.label} is in the {source.frame} frame; {target.label} expects {target.frame}"
+            self._report(addend.place, addend.path, text)
+        elif given:
+            text = f"{given} goes to numbers; an image is wired as it is, and is black before its first"
+            self._report(addend.place, addend.path, text)
+        if len(self._problems) > before:
+            return []
+        return [Term(target.indices[0], source.indices[0], source.words, delayed=addend.delayed, is_image=True)]
 
     def _fits(self, addend: Addend, target: Signal, source: Signal) -> bool:
         """Shapes and frames; and units where no gain changes them."""
@@ -299,7 +328,8 @@ def merged(terms: list[Term]) -> tuple[Term, ...]:
 def _continues(last: Term, term: Term) -> bool:
     same = (last.gain, last.delayed, last.assigns) == (term.gain, term.delayed, term.assigns)
     follows = term.gain == 0.0 == term.source == last.source or term.source == last.source + last.count
-    return same and follows and term.target == last.target + last.count
+    is_image = last.is_image or term.is_image
+    return same and follows and term.target == last.target + last.count and not is_image
 
 
 def _joined(last: Term, term: Term, name: str) -> tuple[float, ...]:
@@ -317,6 +347,16 @@ def _common_runs(targets: tuple[int, ...], sources: tuple[int, ...]) -> list[tup
 
 def _shape(shape: tuple[int, ...]) -> str:
     return "a list of " + " x ".join(map(str, shape)) if shape else "a single number"
+
+
+def image_of(shape: tuple[int, ...]) -> str:
+    """An image of a shape in words."""
+    height, width, *channels = shape
+    return f"{'an RGB' if channels else 'a grey'} image, {width} x {height} pixels"
+
+
+def _kind_of(signal: Signal) -> str:
+    return image_of(signal.shape) if signal.words else _quantity_of(signal.shape, signal.unit)
 
 
 def _quantity_of(shape: tuple[int, ...], unit: str) -> str:

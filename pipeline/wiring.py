@@ -109,7 +109,7 @@ class _Wiring:
         try:
             inputs, outputs, sizes = tuple(kind.inputs(values)), tuple(kind.outputs(values)), kind.sizes(values)
             faults = [*ports.faults("input", inputs), *ports.faults("output", outputs), *ports.size_faults(sizes)]
-            faults += ports.validity_faults(kind.validity, outputs)
+            faults += [*ports.validity_faults(kind.validity, outputs), *ports.image_faults(kind, (*inputs, *outputs))]
             numbers = 0 if faults else sum(port.size for port in (*inputs, *outputs)) + sizes.state + sizes.workspace
             if numbers > _LARGEST:
                 raise ValueError(f"it takes {numbers} numbers; expected at most {_LARGEST}")

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import numpy as np
 from rich.table import Table
 
 from pipeline.commands import playback
 from pipeline.commands.output import console, print_json, warn
 from pipeline.errors import LogError
-from pipeline.log.reader import open_log
+from pipeline.graph import Graph, Node
+from pipeline.log.reader import Log, open_log
 from pipeline.log.recorder import ChannelSpec, Recorder
 from pipeline.replay import Replay, replay_component
 from pipeline.rerun import changed_node, graph_of, other_sources
@@ -30,10 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     playback.add_arguments(parser.add_argument_group("with --bus zenoh"))
 
 
-def _write(replay: Replay, spec: ChannelSpec, out: Path) -> None:
-    rows = np.column_stack([replay.times_ns.view(np.float64), replay.outputs])
-    with Recorder(out, [spec], attachments={}, metadata={"replay": {"component": replay.component}}) as recorder:
-        recorder.rows(0, np.ascontiguousarray(rows))
+def _replay(log: Log, graph: Graph, node: Node, out: Path | None) -> Replay:
+    """Replay a node, its new outputs written to a log where one is asked for."""
+    if out is None:
+        return replay_component(log, graph, node)
+    spec = ChannelSpec(node.name, node.outputs, {"kind": "component"})
+    with Recorder(out, [spec], attachments={}, metadata={"replay": {"component": node.name}}) as recorder:
+        return replay_component(log, graph, node, lambda rows: recorder.rows(0, rows))
 
 
 def command(arguments: argparse.Namespace) -> int:
@@ -50,9 +53,7 @@ def command(arguments: argparse.Namespace) -> int:
         raise LogError(text)
     graph = graph_of(log)[1]
     node = changed_node(log, graph, arguments.component, arguments.set)
-    replay = replay_component(log, graph, node)
-    if arguments.out:
-        _write(replay, ChannelSpec(node.name, node.outputs, {"kind": "component"}), arguments.out)
+    replay = _replay(log, graph, node, arguments.out)
     if arguments.json:
         ports = {name: {"max_abs": value} for name, value in replay.ports.items()}
         print_json(

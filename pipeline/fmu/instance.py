@@ -13,7 +13,7 @@ from pipeline import catalogue, parameters
 from pipeline.errors import Place, Problem, ScenarioError, TowlineError
 from pipeline.graph import Node
 from pipeline.parameters import Given
-from pipeline.ports import faults, size_faults
+from pipeline.ports import faults, image_faults, size_faults
 from pipeline.scenario import load_scenario
 from pipeline.wiring import build_graph
 from pipeline.yaml_source import Table, Tree, parse
@@ -103,6 +103,7 @@ def _override(text: str, problems: list[Problem]) -> tuple[str, Tree] | None:
 
 def _check(component: Component, found: Parameters) -> None:
     """What a scenario would refuse of a component's ports."""
-    wrong = [*faults("input", component.inputs(found)), *faults("output", component.outputs(found))]
+    inputs, outputs = component.inputs(found), component.outputs(found)
+    wrong = [*faults("input", inputs), *faults("output", outputs), *image_faults(component, (*inputs, *outputs))]
     for text in (*wrong, *size_faults(component.sizes(found))):
         raise TowlineError(f"{component.name}: {text}")

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from components.contract import Port
+from components.contract import ImagePort, Port
 from pipeline.catalogue import find
 from pipeline.errors import TowlineError
 from pipeline.graph import Bond, Graph, Node, OtherEnd, Term
@@ -76,7 +76,7 @@ def _fmu_to_json(node: Node) -> dict[str, str]:
 
 
 def _ports_to_json(ports: Iterable[Port]) -> list[list[Any]]:
-    return [[port.name, port.unit, list(port.shape), port.frame] for port in ports]
+    return [[port.name, port.unit, list(port.shape), port.frame, isinstance(port, ImagePort)] for port in ports]
 
 
 def _file_hash(path: Path) -> str:
@@ -135,7 +135,7 @@ def _port_difference(model: str, kind: str, here: list[list[Any]], there: list[l
 
 
 def _shown(ports: list[list[Any]]) -> str:
-    return ", ".join(f"{name} {shape or ''} [{unit}]".replace("  ", " ") for name, unit, shape, _ in ports) or "none"
+    return ", ".join(f"{name} {shape or ''} [{unit}]".replace("  ", " ") for name, unit, shape, *_ in ports) or "none"
 
 
 def _local_file(model: str, file_hash: str) -> str:

@@ -15,7 +15,8 @@ import numpy as np
 from components import cache
 
 Facts = Mapping[str, str]
-MUST_AGREE = ("towline", "sources", "numba", "llvmlite", "numpy")
+OPENCV = "opencv-python-headless"
+MUST_AGREE = ("towline", "sources", "numba", "llvmlite", "numpy", OPENCV)
 LIBM = "libm"
 _ARGUMENTS = tuple(0.1 + 0.737 * i for i in range(64))  # spread over some periods, and no power of two among them
 _FUNCTIONS = ("sin", "cos", "tan", "exp", "expm1", "log", "log1p", "sinh", "cosh", "tanh", "asinh", "atan", "cbrt")
@@ -24,7 +25,7 @@ _FUNCTIONS = ("sin", "cos", "tan", "exp", "expm1", "log", "log1p", "sinh", "cosh
 @functools.cache
 def own() -> Facts:
     """Of this process."""
-    packages = {name: _version(name) for name in ("towline", "numba", "llvmlite", "numpy")}
+    packages = {name: _version(name) for name in ("towline", "numba", "llvmlite", "numpy", OPENCV)}
     here = {"python": platform.python_version(), "machine": platform.machine(), "node": platform.node()}
     return {**packages, "sources": cache.source_hash()[:16], LIBM: libm_probe(), **here}
 

@@ -16,8 +16,9 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, ChunkIndex, Message, Metadata
 
-from components.contract import Port
+from components.contract import ImagePort, Port, parted
 from pipeline.errors import LogError
+from pipeline.log import images
 from pipeline.log.contents import DAMAGE, PREFIX, chunk_data, index_entries, read_contents
 from pipeline.log.conventions import (
     CHECKSUM_KEY,
@@ -43,7 +44,10 @@ _CRC_BYTES = 4
 
 @dataclass(frozen=True)
 class ChannelInfo:
-    """A component's channel in a log. metadata: as given to the recorder."""
+    """A component's channel in a log. metadata: as given to the recorder.
+
+    ports: the numbers in its messages. images: outputs that have channels of their own, see Log.images.
+    """
 
     name: str
     ports: tuple[Port, ...]
@@ -51,6 +55,7 @@ class ChannelInfo:
     metadata: Mapping[str, str]
     number: int
     template: Template
+    images: tuple[ImagePort, ...] = ()
 
     def port(self, name: str) -> tuple[Port, slice]:
         """The port of this name and its floats' place in a row. Raises LogError if there is none."""
@@ -91,7 +96,8 @@ class Log:
                 raise ValueError("the file has no statistics")
             self.start_ns, self.end_ns = statistics.message_start_time, statistics.message_end_time
             self._count = statistics.message_count
-            self.channels = self._read_channels(statistics.channel_message_counts)
+            self._counts = statistics.channel_message_counts
+            self.channels = self._read_channels(self._counts)
         except (OSError, *DAMAGE) as error:
             self._file.close()
             raise LogError(f"{path}: {error}") from error
@@ -114,12 +120,12 @@ class Log:
         for number, channel in sorted(self._summary.channels.items()):
             if PORTS_KEY not in channel.metadata:
                 continue
-            ports = ports_from_json(channel.metadata[PORTS_KEY])
+            ports, seen = parted(ports_from_json(channel.metadata[PORTS_KEY]))
             schema = self._summary.schemas[channel.schema_id]
             if FileDescriptorSet.FromString(schema.data) != describe(channel.topic, ports):
                 raise ValueError(f"the schema of channel {channel.topic} does not fit its ports")
             facts = {key: value for key, value in channel.metadata.items() if key != PORTS_KEY}
-            info = ChannelInfo(channel.topic, ports, counts.get(number, 0), facts, number, template(ports))
+            info = ChannelInfo(channel.topic, ports, counts.get(number, 0), facts, number, template(ports), seen)
             found[channel.topic] = info
         return found
 
@@ -175,6 +181,40 @@ class Log:
         found, part = self.channel(name).port(port)
         values = self.values(name)[:, part]
         return values.reshape(len(values), *found.shape)
+
+    def image_count(self, name: str, port: str) -> int:
+        """How many images of an output there are. Raises LogError if the log has no such output."""
+        channel = self.channel(name)
+        if all(one.name != port for one in channel.images):
+            names = ", ".join(one.name for one in channel.images) or "none"
+            raise LogError(f"channel {name} has no image {port}; it has {names}")
+        topic = images.topic(name, port)
+        return sum(self._counts.get(n, 0) for n, one in self._summary.channels.items() if one.topic == topic)
+
+    def image_messages(self, name: str, port: str) -> Iterator[tuple[int, bytes]]:
+        """Times [ns] and messages of an image output, in order, read one by one.
+
+        Raises LogError at the end if there were more or fewer than the log counts.
+        """
+        found, count = 0, self.image_count(name, port)
+        for t_ns, data in self._remarks(images.topic(name, port)):
+            found += 1
+            yield t_ns, data
+        if found != count:
+            raise LogError(f"{self.path}: {found} of {count} images of {name}.{port} are there")
+
+    def images(self, name: str, port: str) -> Iterator[tuple[int, np.ndarray]]:
+        """Times [ns] and pixels of an image output, (height, width) grey or (height, width, 3) RGB, uint8."""
+        about = {one.name: one for one in self.channel(name).images}
+        for t_ns, data in self.image_messages(name, port):
+            yield t_ns, self.image(name, about[port], t_ns, data)
+
+    def image(self, name: str, port: ImagePort, t_ns: int, message: bytes) -> np.ndarray:
+        """The pixels in a message of an image output. Raises LogError if it does not hold an image of that shape."""
+        try:
+            return images.pixels(port, message)
+        except ValueError as error:
+            raise LogError(f"{self.path}: {name}.{port.name} at {t_ns / 1e9:.9g} s: {error}") from error
 
     def frame(self, name: str) -> pandas.DataFrame:
         """A channel as a table: index time [s], a column a float, attrs["units"]; see pipeline.log.table."""

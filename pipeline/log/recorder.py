@@ -12,13 +12,15 @@ from types import TracebackType
 from typing import Protocol, Self
 
 import numpy as np
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import Message
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC, CompressionType
 
-from components.contract import Port
+from components.contract import ImagePort, Port, parted, placed_images
 from pipeline.errors import LogError
+from pipeline.log import images
 from pipeline.log.chunk import Block, Writer
 from pipeline.log.conventions import (
     CHECKSUM_KEY,
@@ -99,11 +101,16 @@ class Audience(Protocol):
 
 @dataclass
 class _Source:
-    """A component's channel: its messages, and what viewers draw of them."""
+    """A component's channel: its messages, what viewers draw of them, and its images.
+
+    images: port, columns of a row, MCAP channel. columns: of a row with images.
+    """
 
     name: str
     stream: _Stream
     drawings: list[tuple[Drawing, _Stream]]
+    images: list[tuple[ImagePort, slice, int]]
+    columns: int
     last_ns: int = -1
 
 
@@ -155,7 +162,8 @@ class Recorder:
         """
         if compression not in COMPRESSIONS:
             raise LogError(f"compression {compression!r} is not known; use one of {', '.join(COMPRESSIONS)}")
-        schemas = [describe(spec.name, spec.ports) for spec in channels]  # may refuse, so before there is a file
+        # May refuse, so before there is a file.
+        schemas = [describe(spec.name, parted(spec.ports)[0]) for spec in channels]
         self.path = Path(path)
         self._chunk_bytes = chunk_bytes
         self._scene_period_ns = scene_period_ns or 0
@@ -185,15 +193,21 @@ class Recorder:
             self._file.flush()
 
     def _source(self, spec: ChannelSpec, described: FileDescriptorSet) -> _Source:
-        """Register a component's channel and those of its drawings."""
+        """Register a component's channel and those of its drawings and images."""
+        numbers, _ = parted(spec.ports)
         data = described.SerializeToString(deterministic=True)
         schema = self._writer.register_schema(message_name(spec.name), SchemaEncoding.Protobuf, data)
         pairs = {**spec.metadata, PORTS_KEY: ports_to_json(spec.ports)}
         channel = self._writer.register_channel(spec.name, MessageEncoding.Protobuf, schema, pairs)
         self._described[channel] = spec.name, Schema(message_name(spec.name), data)
-        found = drawings(spec.name, spec.ports) if self._scene_period_ns else []
+        found = drawings(spec.name, numbers) if self._scene_period_ns else []
         drawn = [(one, _Stream(self._channel(one.topic, one.message), one.template)) for one in found]
-        return _Source(spec.name, _Stream(channel, template(spec.ports)), drawn)
+        seen = [
+            (port, slice(1 + at.start, 1 + at.stop), self._channel(images.topic(spec.name, port.name), CompressedImage))
+            for port, at in placed_images(spec.ports)
+        ]
+        columns = 1 + sum(port.size for port in spec.ports)
+        return _Source(spec.name, _Stream(channel, template(numbers)), drawn, seen, columns)
 
     def _channel(self, topic: str, message: type[Message]) -> int:
         """The MCAP channel of a topic with a ready-made message type, registered at its first mention."""
@@ -217,16 +231,17 @@ class Recorder:
     def rows(self, channel: int, rows: np.ndarray) -> None:
         """Append messages to the channel of this number.
 
-        rows: (k, 1 + n) float64, column 0 holds the bits of int64 nanoseconds, the others the n floats of the ports.
-        The array may be used again after the call. Raises LogError if time is negative or goes back.
+        rows: (k, 1 + n) float64, column 0 holds the bits of int64 nanoseconds, the others the n floats of the ports,
+        those of images last; these may be left out where the images come by `image`. The array may be used again after
+        the call. Raises LogError if time is negative or goes back.
         """
         if len(rows) == 0:
             return
         source = self._sources[channel]
-        rows = np.array(rows, np.float64, order="C")
-        if rows.shape[1] != 1 + source.stream.template.floats:
-            expected = 1 + source.stream.template.floats
+        expected = 1 + source.stream.template.floats
+        if rows.shape[1] not in (expected, source.columns):
             raise LogError(f"channel {source.name}: rows have {rows.shape[1]} columns where {expected} are expected")
+        seen, rows = rows, np.array(rows[:, :expected], np.float64, order="C")
         t_ns = rows[:, 0].view(np.int64)
         if t_ns[0] < max(source.last_ns, 0) or (np.diff(t_ns) < 0).any():
             raise LogError(f"channel {source.name}: time is negative or goes back after {source.last_ns} ns")
@@ -236,7 +251,17 @@ class Recorder:
             for drawing, stream in source.drawings:
                 kept = keep_at_rate(t_ns, self._scene_period_ns, source.last_ns)
                 self._hold(stream, t_ns[kept], drawing.floats(rows[kept, 1:]))
+            for port, columns, number in source.images if seen.shape[1] > expected else ():
+                for at, row in zip(t_ns.tolist(), seen, strict=True):
+                    image = images.message(port.frame or source.name, at, port.in_words(row[columns]))
+                    self._hold_message(number, at, image)
         source.last_ns = int(t_ns[-1])
+
+    def image(self, topic: str, t_ns: int, payload: bytes) -> None:
+        """Append an image as another log holds it, whose row comes without."""
+        with self._guarded():
+            self._write_if_enough(t_ns)
+            self._hold_message(self._topics[topic], t_ns, payload)
 
     def event(self, t_ns: int, text: str) -> None:
         """Record what happened at t_ns."""
@@ -249,14 +274,17 @@ class Recorder:
     def _remark(self, channel: int, t_ns: int, message: Message) -> None:
         if t_ns < 0:
             raise LogError(f"{self.path}: time {t_ns} ns is negative")
-        stream = _Stream(channel, Template(message.SerializeToString(), ()))
         with self._guarded():
-            self._hold(stream, np.array([t_ns], np.int64), np.empty((1, 0)))
+            self._hold_message(channel, t_ns, message.SerializeToString())
 
     def add_metadata(self, name: str, pairs: Mapping[str, str]) -> None:
         """Add a record of facts known only now, e.g. how the run ended."""
         with self._guarded():
             self._writer.add_metadata(name, {**pairs, CHECKSUM_KEY: metadata_checksum(pairs)})
+
+    def _hold_message(self, channel: int, t_ns: int, payload: bytes) -> None:
+        """Keep one message of a channel whose messages have no fixed shape."""
+        self._hold(_Stream(channel, Template(payload, ())), np.array([t_ns], np.int64), np.empty((1, 0)))
 
     def _hold(self, stream: _Stream, t_ns: np.ndarray, rows: np.ndarray) -> None:
         if len(t_ns) == 0:

@@ -15,7 +15,7 @@ from itertools import count
 from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 from google.protobuf.message import Message
 
-from components.contract import Port
+from components.contract import ImagePort, Port
 from pipeline.errors import LogError
 from pipeline.log.template import Run, Template
 
@@ -154,6 +154,7 @@ def ports_to_json(ports: Sequence[Port]) -> str:
     return json.dumps(
         [
             {"name": p.name, "unit": p.unit, "shape": p.shape, "frame": p.frame, "description": p.description}
+            | ({"image": True} if isinstance(p, ImagePort) else {})
             for p in ports
         ]
     )
@@ -163,7 +164,9 @@ def ports_from_json(text: str) -> tuple[Port, ...]:
     """The ports of `ports_to_json`. Raises ValueError if the text is something else."""
     try:
         return tuple(
-            Port(p["name"], p["unit"], tuple(map(int, p["shape"])), p["frame"], p["description"])
+            (ImagePort if p.get("image") else Port)(
+                p["name"], p["unit"], tuple(map(int, p["shape"])), p["frame"], p["description"]
+            )
             for p in json.loads(text)
         )
     except (KeyError, TypeError, AttributeError) as error:

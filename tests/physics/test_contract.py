@@ -114,6 +114,8 @@ def test_no_kernel_leaves_its_vectors(path):
     """The machine code steps through a scene between fences of NaN, which stay, and gives the same bits."""
     graph = build_graph(load_scenario(path))
     for node, inputs in zip(graph.nodes, recorded_inputs(graph, 50), strict=True):
+        if not node.component.compiled:  # Python's arrays have their own fences
+            continue
         entry = bind(node.component)
         init, step = (C_FUNCTION(address) for address in (entry.init, entry.step))
         sizes = node.component.sizes(node.parameters)
