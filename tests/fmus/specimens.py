@@ -25,14 +25,21 @@ def scene(name: str) -> Graph:
     return build_graph(load_scenario(ROOT / "scenarios" / name))
 
 
-def distinct() -> list[str]:
-    """The components of all scenarios, those of equal model and sizes once: `scenario.yaml#component`."""
-    found: dict[tuple, str] = {}
+def distinct() -> list[tuple[str, int]]:
+    """Of each model of the scenarios, its specimen for FMI 2 and 3, and the instance with the most numbers for one.
+
+    As `scenario.yaml#component`, and the version of FMI.
+    """
+    largest: dict[str, tuple[float, str]] = {}
     for name in SCENARIOS:
         for node in scene(name).nodes:
-            header = node.component.pack(node.parameters)[:SEED_HIGH]
-            found.setdefault((node.model, *header), f"{name}#{node.name}")
-    return list(found.values())
+            numbers = float(sum(node.component.pack(node.parameters)[:SEED_HIGH]))
+            if node.component.compiled and numbers > largest.get(node.model, (0.0, ""))[0]:
+                largest[node.model] = numbers, f"{name}#{node.name}"
+    first = {model: specimen(model)[0] for model in largest}
+    both = [(text, fmi) for text in first.values() for fmi in (2, 3)]
+    more = [text for model, (_, text) in largest.items() if text != first[model]]
+    return both + [(text, 2 + i % 2) for i, text in enumerate(more)]
 
 
 @cache

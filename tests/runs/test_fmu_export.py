@@ -156,8 +156,7 @@ def needed_of(path: Path, library: str) -> set[str]:
         return {symbol.name for symbol in symbols if symbol["st_shndx"] == "SHN_UNDEF"}
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("text", distinct())
+@pytest.mark.parametrize(("text", "fmi"), distinct())
 def test_run_in_fmpy_has_the_native_bits(text, fmi, fmu_of, native):
     file, _, name = text.partition("#")
     graph, rows = native[file]
