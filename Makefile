@@ -19,7 +19,7 @@ lint: .venv/installed-dev
 	$(BIN)/lint-imports
 
 bench: .venv/installed-dev
-	$(BIN)/towline bench all
+	$(BIN)/towline bench all --page docs/benchmarks.md
 
 clean:
 	rm -rf .venv

@@ -5,19 +5,22 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import sys
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.table import Table
 
 import components
+from pipeline.commands.bench_page import Measured, load, shown, split, update
 from pipeline.commands.output import console, print_json
 from pipeline.errors import TowlineError
 
 FOLDER = Path(components.__file__).parent.parent / "tests" / "benchmarks"
 ABSENT = "this installation has no benchmarks: they are in the repository only"
 ON_REQUEST = ("soak",)  # takes half an hour, and so is not among `all`
-Row = dict[str, Any]
+Row = Mapping[str, Any]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     names = ", ".join(_found())
     text = f"which one, or all ({names})" if names else ABSENT
     parser.add_argument("name", help=text)
+    parser.add_argument("--page", type=Path, metavar="F.md", help="a page in Markdown, whose section of it is replaced")
 
 
 def _found() -> dict[str, Path]:
@@ -32,7 +36,8 @@ def _found() -> dict[str, Path]:
     return {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
 
 
-def _rows(path: Path) -> list[Row]:
+def _measure(path: Path) -> Measured:
+    """Run the benchmark of a file."""
     spec = importlib.util.spec_from_file_location(f"benchmark_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None
@@ -41,31 +46,28 @@ def _rows(path: Path) -> list[Row]:
     if str(path.parent) not in sys.path:
         sys.path.append(str(path.parent))  # a benchmark may import what lies beside it
     spec.loader.exec_module(module)
-    return module.rows()
+    before, began = load(), time.monotonic()
+    rows = module.rows()
+    drawn = [getattr(module, name) for name in ("FIGURE",) if hasattr(module, name)]
+    about = (module.__doc__ or "").strip().splitlines()[0]
+    return Measured(about, rows, drawn, time.monotonic() - began, (before, load()))
 
 
-def _shown(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _print(name: str, rows: list[Row]) -> None:
+def _print(name: str, rows: Sequence[Row]) -> None:
     """What differs between rows as a table, what they share below it."""
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    shared = {column for column in columns if len(rows) > 1 and len({_shown(row.get(column, "")) for row in rows}) == 1}
-    shown = [column for column in columns if column not in shared]
+    differing, shared = split(rows)
     table = Table(title=name)
-    for column in shown:
+    for column in differing:
         table.add_column(column)
     for row in rows:
-        table.add_row(*(_shown(row.get(column, "")) for column in shown))
+        table.add_row(*(shown(row.get(column, "")) for column in differing))
     console().print(table)
-    for column in columns:
-        if column in shared:
-            console().print(f"{column}: {_shown(rows[0][column])}")
+    for column, value in shared.items():
+        console().print(f"{column}: {value}")
 
 
 def command(arguments: argparse.Namespace) -> int:
-    """Run it. Raises TowlineError if there is no such benchmark."""
+    """Run it. Raises TowlineError if there is no such benchmark, or if it fails; of all, the others are run first."""
     found = _found()
     if not found:
         raise TowlineError(ABSENT)
@@ -74,12 +76,22 @@ def command(arguments: argparse.Namespace) -> int:
     unknown = [name for name in wanted if name not in found]
     if unknown:
         raise TowlineError(f"no benchmark {arguments.name}; there are {', '.join(found)}")
-    results = {}
+    results: dict[str, Sequence[Row]] = {}
+    failures: list[str] = []
     for name in wanted:
         console().print(f"measuring {name} ...")
-        results[name] = _rows(found[name])
+        try:
+            measured = _measure(found[name])
+        except TowlineError as error:
+            failures.append(f"{name}: {error}")
+            continue
+        results[name] = measured.rows
+        if arguments.page:
+            update(arguments.page, name, measured)
         if not arguments.json:
-            _print(name, results[name])
+            _print(name, measured.rows)
+    if failures:
+        raise TowlineError("\n".join(failures))
     if arguments.json:
         print_json({"rows": [{"benchmark": name, **row} for name, rows in results.items() for row in rows]})
     return 0

@@ -15,6 +15,8 @@ import pytest
 
 from pipeline.cli import main
 from pipeline.commands import bench
+from pipeline.commands.bench_page import Measured, update
+from pipeline.errors import TowlineError
 from pipeline.log.reader import open_log
 from pipeline.log.recorder import Recorder
 from pipeline.run import Options, run_scenario
@@ -302,3 +304,24 @@ def test_killed_run_is_read_with_a_warning_and_resumed(tmp_path):
     resumed = json.loads(towline("resume", str(out), "--json", "--out", str(tmp_path / "resumed.mcap")).stdout)
     assert resumed["digest"] == whole["digest"]
     assert resumed["channels"] == whole["channels"]
+
+
+def test_page_of_benchmarks(tmp_path):
+    """A section is replaced where it stands, others stay; what rows share is said once; figures are linked."""
+    page, figure = tmp_path / "docs" / "benchmarks.md", tmp_path / "docs" / "b.svg"
+    page.parent.mkdir()
+    rows = [{"case": "one", "us": 1.23456, "reference": "exact"}, {"case": "a|b", "us": 2.0, "reference": "exact"}]
+    update(page, "b", Measured("About b.", rows, [figure], 1.0, (0.1, 0.2)))
+    update(page, "a", Measured("About a.", rows[:1], [], 1.0, (0.1, 0.2)))
+    first = page.read_text()
+    assert first.index("## a") < first.index("## b")
+    assert "| one | 1.235 |\n| a\\|b | 2 |" in first
+    assert "- reference: exact" in first
+    assert "![b](b.svg)" in first
+    update(page, "b", Measured("About b.", [{"case": "new", "us": 3.0}], [], 1.0, (0.1, 0.2)))
+    second = page.read_text()
+    assert second.partition("## b")[0] == first.partition("## b")[0]
+    assert "new" in second
+    assert "one" not in second.partition("## b")[2]
+    with pytest.raises(TowlineError, match="No such file"):
+        update(tmp_path / "absent" / "page.md", "a", Measured("", rows, [], 1.0, (0.1, 0.2)))
