@@ -115,22 +115,22 @@ def settle(chain, x, w, ends, vx, vy):
     """March without inertia in water that streams past at the tow's velocity until nothing turns; whether it does."""
     chain = massless(chain)
     span = chain.n * chain.l0 / sqrt(vx * vx + vy * vy)
-    h = FIRST * span
+    h, longest = FIRST * span, LONGEST * span
     for _ in range(MOST):
         drift(chain, x, vx, vy)
         # Backward Euler of the shape, with the tow's velocity on top.
         scheme = Scheme(1.0 / h, 1.0, 0.0, 0.0)
         fit, account = balance(chain, scheme, x, w, ends, 0.0)
         if not account.converged:
-            h *= 0.25
+            h, longest = 0.25 * h, 0.5 * h
             continue
         keep(fit, scheme, x, w, h)
         largest = 0.0
         for i in range(chain.n):
             largest = max(largest, abs(w[i * SCRATCH + DELTA]))
-        if largest < STILL and h >= LONGEST * span:
+        if largest < STILL and h >= FIRST * span:
             return True
-        h = min(GROWTH * h, LONGEST * span)
+        h = min(GROWTH * h, longest)
     return False
 
 
