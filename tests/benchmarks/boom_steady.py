@@ -1,8 +1,8 @@
-"""The trials of Bhattacharya et al. 2011, section V: every separation and speed towed, and what rope points tell of drag.
+"""The trials of Bhattacharya et al. 2011, section V: all of them towed, and what points of a rope tell of its drag.
 
-Each of the 16 pairs runs as scenarios/boom_steady.yaml with 20 and with 40 segments; the catenary of their eq. 9 is the
-reference, and the force that it asks of a boat. The figure redraws 7a and 7b; in the place of the paper's pictures stand
-those of scenarios/boom_views.yaml, whose rope has quadratic drag across only.
+Each of the 16 pairs runs as scenarios/boom_steady.yaml with 20 and with 40 segments; the reference is the catenary of
+their eq. 9, and the force that it asks of a boat. The figure redraws 7a and 7b; in the place of the paper's pictures
+stand those of scenarios/boom_views.yaml, whose rope has quadratic drag across only.
 """
 
 from __future__ import annotations
