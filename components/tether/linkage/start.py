@@ -33,9 +33,10 @@ from components.tether.linkage.stepping import Scheme, balance, correct, fitted,
 
 # Bisections to the last bit of the arc's angle.
 BISECTIONS = 60
-# Steps towards the steady tow, the first and the longest, over the time in which the chain goes its length; the most of
-# them, and the turn of a segment in one below which it is steady [rad].
-FIRST, LONGEST, GROWTH, MOST, STILL = 0.02, 2.0, 1.3, 400, 1e-11
+# Steps towards the steady tow, the first and the longest, over the time in which the chain goes its length (longer ones
+# do not lessen the corrections of a line near along the tow that nothing drags along itself); the most of them, and the
+# turn of a segment in one below which it is steady, and steady if it does not fall any more [rad].
+FIRST, LONGEST, GROWTH, MOST, STILL, ROUNDED = 0.02, 0.1, 1.3, 400, 1e-11, 1e-9
 # Times over which the first rates and accelerations are found [s], and to what corrections of an angle in them [rad]:
 # 1e-5 rad/s and 1e-5 rad/s^2, which a step's own tolerance would be far from.
 TINY, SHORT = 1e-5, 1e-3
@@ -117,22 +118,23 @@ def settle(chain, x, w, ends, vx, vy):
     """March without inertia in water that streams past at the tow's velocity until nothing turns; whether it does."""
     chain = massless(chain)
     span = chain.n * chain.l0 / sqrt(vx * vx + vy * vy)
-    h, longest = FIRST * span, LONGEST * span
+    h, before = FIRST * span, 1.0
     for _ in range(MOST):
         drift(chain, x, vx, vy)
         # Backward Euler of the shape, with the tow's velocity on top.
         scheme = Scheme(1.0 / h, 1.0, 0.0, 0.0)
         fit, account = balance(chain, scheme, x, w, ends, 0.0)
         if not account.converged:
-            h, longest = 0.25 * h, 0.5 * h
+            h *= 0.25
             continue
         keep(fit, scheme, x, w, h)
         largest = 0.0
         for i in range(chain.n):
             largest = max(largest, abs(w[i * SCRATCH + DELTA]))
-        if largest < STILL and h >= FIRST * span:
+        if largest < STILL or (largest < ROUNDED and largest > 0.5 * before):
             return True
-        h = min(GROWTH * h, longest)
+        before = largest
+        h = min(GROWTH * h, LONGEST * span)
     return False
 
 
