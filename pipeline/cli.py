@@ -33,6 +33,7 @@ COMMANDS = {
     "catenary": "static catenary between two points",
     "capability": "the wind up to which thrusters hold a ship, per heading and failure",
     "coverage": "the water that a line between boats swept, and what it took of an oil patch",
+    "drag": "which laws of drag the seen shape of a towed rope allows",
     "bench": "measure speed against error",
 }
 

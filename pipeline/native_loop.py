@@ -92,10 +92,10 @@ def step_node(k, i, t_ns):
     if n[i, OFFSET_ON]:
         for c in range(first, end):
             k.board[c] += k.added[c]
-    zero = 0.0
+    is_bad = False
     for c in range(first, end):
-        zero += k.board[c] - k.board[c]
-    if status == 0 and zero != 0.0:
+        is_bad |= (k.board[c] - k.board[c]) != 0.0
+    if status == 0 and is_bad:
         return NON_FINITE
     return status
 

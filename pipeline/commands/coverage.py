@@ -13,6 +13,8 @@ from pipeline.log.reader import Log, open_log
 if TYPE_CHECKING:
     import numpy as np
 
+HISTORY = 101  # times at which --json tells what was taken of a patch
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command's arguments."""
@@ -63,6 +65,8 @@ def measured(
     corners: list[tuple[float, float]],
 ) -> dict[str, Any]:
     """The keys of --json."""
+    import numpy as np
+
     from pipeline.analysis.coverage import patch, swept  # shapely takes a while to import
 
     if between:
@@ -83,6 +87,8 @@ def measured(
         taken = patch.capture(patch.patch_of(corners), t, shapes)
         found |= {"patch_m2": taken.area, "captured_m2": taken.captured, "captured": taken.captured / taken.area}
         found |= {"first_s": taken.first, "last_s": taken.last}
+        times = np.linspace(t[0], t[-1], HISTORY)
+        found["history"] = {"t_s": times.tolist(), "captured_m2": taken.at(times).tolist()}
     return found
 
 

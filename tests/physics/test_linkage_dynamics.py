@@ -38,7 +38,7 @@ class Dense:
         for i in range(n):
             rods[i : i + 2, i : i + 2] += mass * self.l0 / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
         self.mass = np.kron(rods, np.eye(2))
-        self.xi, self.weight = np.polynomial.legendre.leggauss(12)
+        self.xi, self.weight = np.polynomial.legendre.leggauss(3)  # exact for what is quadratic in the speeds
 
     def jacobian(self, theta):
         J = np.zeros((2 * self.n + 2, self.n + 2))
@@ -48,16 +48,21 @@ class Dense:
         return J
 
     def drag(self, theta, v):
-        """Forces (n+1, 2) on the nodes, from their velocities, by quadrature along each rod."""
+        """Forces (n+1, 2) on the nodes, from their velocities, by quadrature along each rod, parted where u_n turns."""
         t = np.column_stack([np.cos(theta), np.sin(theta)])
         n = np.column_stack([-t[:, 1], t[:, 0]])
+        a, b = (v[:-1] * n).sum(axis=1), (v[1:] * n).sum(axis=1)
+        turns = a * b < 0.0
+        middle = np.where(turns, a / np.where(turns, a - b, 1.0), 1.0)[:, None]
         force = np.zeros_like(v)
-        for xi, weight in zip(0.5 + 0.5 * self.xi, 0.5 * self.weight, strict=True):
-            u = (1.0 - xi) * v[:-1] + xi * v[1:]
-            u_t, u_n = (u * t).sum(axis=1)[:, None], (u * n).sum(axis=1)[:, None]
-            f = -(self.c[1] + self.k[1] * abs(u_t)) * u_t * t - (self.c[0] + self.k[0] * abs(u_n)) * u_n * n
-            force[:-1] += weight * self.l0 * (1.0 - xi) * f
-            force[1:] += weight * self.l0 * xi * f
+        for first, part in ((0.0, middle), (middle, 1.0 - middle)):
+            for place, share in zip(0.5 + 0.5 * self.xi, 0.5 * self.weight, strict=True):
+                xi, weight = first + part * place, part * share
+                u = (1.0 - xi) * v[:-1] + xi * v[1:]
+                u_t, u_n = (u * t).sum(axis=1)[:, None], (u * n).sum(axis=1)[:, None]
+                f = -(self.c[1] + self.k[1] * abs(u_t)) * u_t * t - (self.c[0] + self.k[0] * abs(u_n)) * u_n * n
+                force[:-1] += weight * self.l0 * (1.0 - xi) * f
+                force[1:] += weight * self.l0 * xi * f
         return force
 
     def accelerations(self, q, dq, pull_a, pull_b):
@@ -83,7 +88,7 @@ class Dense:
 
 
 def test_force_controlled_against_lagrange(unit):
-    # (10)-(17) by DOP853 at 1e-9: second order in the step; from a stiff start not yet quite (3.0, 3.2).
+    # (10)-(17) by DOP853 at 1e-9: second order in the step, and a start in which drag balances the pulls.
     n, T = 4, 4.0
     k_S, k_V = 0.5 * RHO * DIAMETER * 1.2, 0.5 * np.pi * RHO * DIAMETER * 0.01
     dense = Dense(n, 0.55, 0.3, 0.1, k_S, k_V)
@@ -97,29 +102,43 @@ def test_force_controlled_against_lagrange(unit):
         return np.array([*a, 0.0, *b, 0.0])
 
     errors = []
-    for h in (0.01, 0.005):
+    for h in (0.02, 0.01):
         line = unit(
             "tether.linkage", u(0.0), h=h, length=LENGTH, segments=n, end_a="pulled", end_b="pulled", start="arc",
-            chord=(0.0, 8.0, 0.0), normal_friction=0.3, tangential_friction=0.1, **ROPE,
+            chord=(0.0, 8.0, 0.0), normal_friction=0.3, tangential_friction=0.1, tolerance=1e-9, **ROPE,
         )  # fmt: skip
         if not errors:
             # Both begin with the rates that drag alone allows; the chain's hold rigidity over its first 1e-5 s.
             theta = line["angle"]
             start = line.x.reshape(n + 1, -1)[:, 4:6].copy()
             dq = np.linalg.lstsq(dense.jacobian(theta), start.ravel(), rcond=None)[0]
-            assert dense.jacobian(theta) @ dq == pytest.approx(start.ravel(), abs=3e-5)
+            J = dense.jacobian(theta)
+            assert J @ dq == pytest.approx(start.ravel(), abs=3e-5)
+            load = dense.drag(theta, (J @ dq).reshape(-1, 2))
+            load[0] += pulls(0.0)[0]
+            load[-1] += pulls(0.0)[1]
+            # 17 N at each end, lever arms up to 18 m; the rates are known to 1e-5 of themselves.
+            assert np.abs(J.T @ load.ravel()).max() < 1e-2
 
             def rate(t, s):
                 return np.concatenate([s[n + 2 :], dense.accelerations(s[: n + 2], s[n + 2 :], *pulls(t))])
 
-            exact = solve_ivp(
-                rate, (0.0, T), np.concatenate([[0.0, 0.0], theta, dq]), "DOP853", rtol=1e-9, atol=1e-10
-            ).y[: n + 2, -1]
+            when = np.arange(1, 9) * 0.5
+            exact = (
+                solve_ivp(
+                    rate, (0.0, T), np.concatenate([[0.0, 0.0], theta, dq]), "DOP853", when, rtol=1e-9, atol=1e-10
+                )
+                .y[: n + 2]
+                .T
+            )
+        found = []
         for k in range(1, round(T / h) + 1):
             line.step(u(k * h))
-        errors.append(np.abs(np.concatenate([line["nodes"][0, :2], line["angle"]]) - exact).max())
-    assert errors[1] < 4e-4
-    assert errors[0] / errors[1] > 3.1
+            if k % round(0.5 / h) == 0:
+                found.append(np.concatenate([line["nodes"][0, :2], line["angle"]]))
+        errors.append(np.abs(np.array(found) - exact).max())
+    assert errors[1] < 1e-4
+    assert errors[0] / errors[1] > 3.9
 
 
 def test_rates_against_the_dense_quasi_static_model(unit):
@@ -140,12 +159,12 @@ def test_rates_against_the_dense_quasi_static_model(unit):
 
 
 @pytest.mark.parametrize(
-    ("h", "given"), [(0.01, ROPE), (0.01, LINEAR), (0.0025, LINEAR | {"mass_per_length": 0.3})], ids=str
+    "given", [ROPE, LINEAR, {"normal_friction": 0.005, "tangential_friction": 0.002, "mass_per_length": 0.55}], ids=str
 )
-def test_work_of_the_ends_is_drag_and_kinetic_energy(unit, h, given):
-    # Over 10 s of manoeuvre, with drag and kinetic energy from the nodes alone, differenced: to 1e-4 of the work.
-    # The hardly damped rope with linear drag and inertia swings, and needs the smaller step for it.
-    n, T = 10, 12.0
+def test_work_of_the_ends_is_drag_and_kinetic_energy(unit, given):
+    # Over 10 s of manoeuvre, with drag and kinetic energy from the nodes alone, differenced: to 1e-4 of the work, as
+    # the issue asks; 6e-6 of the rope, 1e-5 of the last one, which hardly any drag keeps from swinging.
+    n, T, h = 10, 12.0, 0.01
     line = unit("tether.linkage", round_a_circle(0.0), h=h, length=LENGTH, segments=n, **given)
     t = np.arange(round(T / h) + 1) * h
     u = np.array([round_a_circle(s) for s in t])

@@ -162,8 +162,11 @@ def test_patch_is_taken_as_far_as_the_line_goes_over_it():
     assert half.captured == pytest.approx(2.0, rel=1e-12)
     assert half.first == pytest.approx(2.1)
     assert half.last == pytest.approx(6.0)
+    # Over time: 0.5 m/s by a metre's width, from 2 s on, at the end of each step.
+    assert half.at(np.array([0.0, 2.0, 3.0, 5.5, 6.0, 9.0])) == pytest.approx([0.0, 0.0, 0.5, 1.75, 2.0, 2.0])
     missed = capture(patch_of([(6.0, 0.0), (7.0, 0.0), (7.0, 1.0)]), t, shapes)
     assert (missed.captured, missed.first, missed.last) == (0.0, None, None)
+    assert missed.at(t).max() == 0.0
 
 
 def told(arguments, capsys):

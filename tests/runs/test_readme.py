@@ -25,7 +25,8 @@ def first_steps() -> str:
 
 def test_first_steps(tmp_path):
     text = first_steps()
-    files = dict(re.findall(r"`(\S+\.(?:py|yaml))`:\n\n```\w+\n(.*?)```", text, re.DOTALL))
+    files = dict(re.findall(r"`(\S+\.(?:py|yaml))`:\n\n```\w+\n(.*?)```\n", text, re.DOTALL))
+    text = re.sub(r"```\w+\n.*?```\n", "", text, flags=re.DOTALL)
     assert files.keys() == {"spring.py", "spring.yaml"}
     for name, content in files.items():
         (tmp_path / name).write_text(content)

@@ -40,12 +40,16 @@ def decide(q, u, x, w, h):
         moving, at = w[at : at + n], at + n
         ways, at = table(w, at, many + 2, steps * n), at + (many + 2) * steps * n
         normal, step = table(w, at, many, many), table(w, at + many * many, many, 1)
-        plan, trial = x[PLAN : PLAN + many], w[at + many * many : at + many * many + many]
-        x[PLAN_DAMPING] = replan(
-            q, theta, plan, x[PLAN_DAMPING], h, ways, normal, step, trial, moving, wanted, drag, sides, rates, system,
-            w[:EDGE],
+        at += many * many
+        plan, trial, kept = x[PLAN : PLAN + many], w[at : at + many], w[at + many : at + 2 * many]
+        x[PLAN_DAMPING], law_is_better = replan(
+            q, theta, plan, x[PLAN_DAMPING], h, ways, normal, step, trial, kept, moving, wanted, drag, sides, rates,
+            system, w[:EDGE],
         )  # fmt: skip
-        planned(q, plan, 0.5 * h / q[HORIZON], w[:EDGE])
+        if law_is_better:
+            steer(q, theta, wanted, drag, sides, rates, system, w[:EDGE])
+        else:
+            planned(q, plan, 0.5 * h / q[HORIZON], w[:EDGE])
     return largest, is_limited
 
 

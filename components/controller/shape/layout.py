@@ -14,6 +14,6 @@ def law_scratch(n: int) -> int:
 
 
 def plan_scratch(n: int, knots: int, steps: int) -> int:
-    """Angles (n), errors on the way with each knot moved and twice without, normal matrix, step."""
+    """Angles (n), errors on the way with each knot moved and twice without, normal matrix, step, a plan kept."""
     many = EDGE * knots
-    return n + (many + 2) * steps * n + many * many + many
+    return n + (many + 2) * steps * n + many * many + 2 * many

@@ -1,8 +1,10 @@
 """The ends' velocities over a horizon that bring a line nearest to a shape: what one step of the law does not see.
 
 The plan is the ends' velocities at knots, linear between. It is bettered by Gauss and Newton's method with Levenberg's
-damping, slopes by differences, and moved on with each step (receding horizon); where the law's own way would end
-better, planning begins from that. So a plan is never worse than the law over its horizon.
+damping, slopes by differences, and moved on with each step (receding horizon); where the law's own way over it is
+better, planning begins from that. A plan that hurries may come to rest farther from the shape than the law does later:
+of the bettered plan, the last one moved on and the law, that is followed which ends nearest if the law goes on after
+it (a rollout). So in the end it is not farther than the law alone, as far as the model holds.
 """
 
 from math import sqrt
@@ -25,7 +27,8 @@ from components.controller.shape.layout import (
 from components.controller.shape.rates import factor, solve, turning
 from components.kinematics import wrapped
 
-LAST = 1.0  # weight of the last shape beside 1 for the mean of all
+LAST = 20.0  # weight of the last shape beside 1 for the mean of all
+LOOK, EVEN = 4, 1e-6  # horizons over which the law goes on after a plan; ends that differ by less count as even
 FINE = 1e-5  # m/s, by which a knot is moved to see what it does
 TIMID, BOLD, FIRST, MOST = 4.0, 0.3, 1e-3, 1e6  # factors of the damping, its start, and where no step helps
 
@@ -50,19 +53,15 @@ def planned(q, plan, share, velocity):
 def roll(q, start, plan, way, theta, wanted, drag, sides, rates, system, velocity):
     """Follow the plan from the angles `start` and write the weighted errors on the way (steps, n); their square sum.
 
-    Where `plan` is empty the law is followed. Steps of Euler's method: the plan is for the next moves, not for the
-    decimals of the last.
+    Steps of Euler's method: the plan is for the next moves, not for the decimals of the last.
     """
     n, steps = len(theta), int(q[STEPS])
     h, total = q[HORIZON] / steps, 0.0
     for i in range(n):
         theta[i] = start[i]
     for k in range(steps):
-        if len(plan) == 0:
-            steer(q, theta, wanted, drag, sides, rates, system, velocity)
-        else:
-            planned(q, plan, (k + 0.5) / steps, velocity)
-            turning(theta, q[LENGTH] / n, q[NORMAL], q[TANGENTIAL], drag, sides, rates)
+        planned(q, plan, (k + 0.5) / steps, velocity)
+        turning(theta, q[LENGTH] / n, q[NORMAL], q[TANGENTIAL], drag, sides, rates)
         weight = sqrt(1.0 / steps + (LAST if k == steps - 1 else 0.0))
         for i in range(n):
             turn = 0.0
@@ -72,6 +71,22 @@ def roll(q, start, plan, way, theta, wanted, drag, sides, rates, system, velocit
             error = weight * wrapped(q[TARGET + i] - theta[i])
             way[k * n + i] = error
             total += error * error
+    return total
+
+
+@kernel
+def follow(q, horizons, theta, wanted, drag, sides, rates, system, velocity):
+    """Square sum of the errors that the law comes to from the angles theta, which are changed."""
+    h = q[HORIZON] / int(q[STEPS])
+    for _ in range(horizons * int(q[STEPS])):
+        steer(q, theta, wanted, drag, sides, rates, system, velocity)
+        for i in range(len(theta)):
+            for j in range(EDGE):
+                theta[i] += h * rates[i, j] * velocity[j]
+    total = 0.0
+    for i in range(len(theta)):
+        error = wrapped(q[TARGET + i] - theta[i])
+        total += error * error
     return total
 
 
@@ -150,14 +165,20 @@ def improve(q, start, plan, damping, ways, normal, step, theta, wanted, drag, si
 
 
 @kernel
-def replan(q, start, plan, damping, h, ways, normal, step, trial, theta, wanted, drag, sides, rates, system, velocity):
+def replan(
+    q, start, plan, damping, h, ways, normal, step, trial, kept, theta, wanted, drag, sides, rates, system, velocity
+):
     """The plan for the next step: moved on by h [s], begun anew where the law is better, then bettered.
 
-    trial: the numbers of step (4 * knots, 1) as a vector.
+    Returns its damping, and whether the law ends nearer to the shape than any plan.
+    trial: the numbers of step (4 * knots, 1) as a vector; kept: as many of scratch.
     """
     many = len(plan)
     move_on(q, plan, trial, h)
     cost = roll(q, start, plan, ways[many], theta, wanted, drag, sides, rates, system, velocity) + effort(q, plan)
+    before = follow(q, LOOK, theta, wanted, drag, sides, rates, system, velocity)
+    for i in range(many):
+        kept[i] = plan[i]
     copy_law(q, start, trial, theta, wanted, drag, sides, rates, system, velocity)
     other = roll(q, start, trial, ways[many], theta, wanted, drag, sides, rates, system, velocity) + effort(q, trial)
     if other < cost:
@@ -167,4 +188,12 @@ def replan(q, start, plan, damping, h, ways, normal, step, trial, theta, wanted,
         damping = improve(
             q, start, plan, damping, ways, normal, step, theta, wanted, drag, sides, rates, system, velocity
         )
-    return damping
+    roll(q, start, plan, ways[many], theta, wanted, drag, sides, rates, system, velocity)
+    after = follow(q, LOOK, theta, wanted, drag, sides, rates, system, velocity)
+    for i in range(len(theta)):
+        theta[i] = start[i]
+    law = follow(q, LOOK + 1, theta, wanted, drag, sides, rates, system, velocity)
+    if after > min(before, law) + EVEN and before <= law:
+        for i in range(many):
+            plan[i] = kept[i]
+    return damping, min(before, after) > law + EVEN

@@ -55,7 +55,7 @@ class Linkage(Parameters):
     chord: Vector = quantity("m", "from end a to end b at t0 unless both are driven, NED", (0.0, 0.0, 0.0))
     position: Vector = quantity("m", "of end a at t0 where neither end is driven, NED", (0.0, 0.0, 0.0))
     tolerance: float = quantity(
-        "rad", "last correction of an angle in a step; what remains is a few percent", 1e-5, gt=0
+        "rad", "last correction of an angle in a step; what remains is a few percent", 1e-6, gt=0
     )
     max_iterations: Annotated[int, Field(ge=1)] = choice("Newton iterations of a step", 40)
     shift_tolerance: float = quantity("1", "shift of the shape, over the length, at the border of validity", 0.01, gt=0)

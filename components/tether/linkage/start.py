@@ -29,15 +29,18 @@ from components.tether.linkage.chain import (
     V,
     massless,
 )
-from components.tether.linkage.stepping import Scheme, balance, fitted, keep, place, solve
+from components.tether.linkage.stepping import Scheme, balance, correct, fitted, keep, place, solve
 
 # Bisections to the last bit of the arc's angle.
 BISECTIONS = 60
-# Steps towards the steady tow, the first and the longest, over the time in which the chain goes its length; the most of
-# them, and the turn of a segment in one below which it is steady [rad].
-FIRST, LONGEST, GROWTH, MOST, STILL = 0.02, 2.0, 1.3, 400, 1e-11
-# Times over which the first rates and accelerations are found [s].
+# Steps towards the steady tow, the first and the longest, over the time in which the chain goes its length (longer ones
+# do not lessen the corrections of a line near along the tow that nothing drags along itself); the most of them, and the
+# turn of a segment in one below which it is steady, and steady if it does not fall any more [rad].
+FIRST, LONGEST, GROWTH, MOST, STILL, ROUNDED = 0.02, 0.1, 1.3, 400, 1e-11, 1e-9
+# Times over which the first rates and accelerations are found [s], and to what corrections of an angle in them [rad]:
+# 1e-5 rad/s and 1e-5 rad/s^2, which a step's own tolerance would be far from.
 TINY, SHORT = 1e-5, 1e-3
+SLIGHT, SLIGHTER = 1e-10, 1e-11
 
 
 @kernel
@@ -115,7 +118,7 @@ def settle(chain, x, w, ends, vx, vy):
     """March without inertia in water that streams past at the tow's velocity until nothing turns; whether it does."""
     chain = massless(chain)
     span = chain.n * chain.l0 / sqrt(vx * vx + vy * vy)
-    h = FIRST * span
+    h, before = FIRST * span, 1.0
     for _ in range(MOST):
         drift(chain, x, vx, vy)
         # Backward Euler of the shape, with the tow's velocity on top.
@@ -128,10 +131,21 @@ def settle(chain, x, w, ends, vx, vy):
         largest = 0.0
         for i in range(chain.n):
             largest = max(largest, abs(w[i * SCRATCH + DELTA]))
-        if largest < STILL and h >= LONGEST * span:
+        if largest < STILL or (largest < ROUNDED and largest > 0.5 * before):
             return True
+        before = largest
         h = min(GROWTH * h, LONGEST * span)
     return False
+
+
+@kernel
+def refine(chain, scheme, x, w, ends, correction):
+    """Go on correcting a solved chain until its angles' corrections are this small [rad], and place it."""
+    for _ in range(chain.iterations):
+        largest, _, _ = correct(chain, scheme, x, w, ends)
+        if largest <= correction:
+            break
+    place(chain, scheme, x, w)
 
 
 @kernel
@@ -145,6 +159,7 @@ def find_rates(chain, x, w, ends, v_a, v_b, h):
     dragged = chain.c_S > 0.0 or chain.k_S > 0.0
     scheme = Scheme(1.0 / TINY, 1.0, 1.0 / TINY, 0.0)
     fit, account = solve(massless(chain) if dragged else chain, scheme, x, w, goal, 0.0)
+    refine(fit, scheme, x, w, goal, SLIGHT)
     set_going(fit, x, w, h)
     return account
 
@@ -161,7 +176,9 @@ def find_accelerations(chain, x, w, ends, v_a, v_b, a_a, a_b, h):
     for i in range(n):
         x[i * STATE + TURN_BEFORE] = x[i * STATE + TURN]
         x[i * STATE + TURN] *= s / h
-    _, account = solve(chain, Scheme(1.0 / s, 0.0, 1.0 / s, 0.0), x, w, goal, s)
+    scheme = Scheme(1.0 / s, 0.0, 1.0 / s, 0.0)
+    fit, account = solve(chain, scheme, x, w, goal, s)
+    refine(fit, scheme, x, w, goal, SLIGHTER)
     for i in range(n + 1):
         a, k = i * SCRATCH, i * STATE
         for j in range(2):

@@ -13,15 +13,31 @@ from pipeline.errors import TowlineError
 
 @dataclass(frozen=True)
 class Capture:
-    """area: of the patch, captured: of it what the line swept, [m^2]. first, last: times when that grew [s], or None.
+    """area: of the patch, captured: of it what the line swept, [m^2]. t, taken: (k,) times when that grew [s], and to
+    what [m^2].
 
-    `first` is when the line reaches the patch, `last` when it has taken the last that it takes.
+    `first` is when the line reaches the patch, `last` when it has taken the last that it takes, [s]; None if it never
+    takes any.
     """
 
     area: float
     captured: float
-    first: float | None
-    last: float | None
+    t: np.ndarray
+    taken: np.ndarray
+
+    @property
+    def first(self) -> float | None:
+        """The first time when it grew."""
+        return float(self.t[0]) if len(self.t) else None
+
+    @property
+    def last(self) -> float | None:
+        """The last time when it grew."""
+        return float(self.t[-1]) if len(self.t) else None
+
+    def at(self, t: np.ndarray) -> np.ndarray:
+        """What is taken by these times [m^2]."""
+        return np.concatenate([[0.0], self.taken])[np.searchsorted(self.t, t, side="right")]
 
 
 def patch_of(corners: list[tuple[float, float]]) -> shapely.Polygon:
@@ -44,13 +60,11 @@ def capture(patch: shapely.Polygon, t: np.ndarray, shapes: np.ndarray) -> Captur
     low, high = np.minimum(low[:-1], low[1:]), np.maximum(high[:-1], high[1:])
     near = np.flatnonzero((low <= (north, east)).all(axis=1) & (high >= (south, west)).all(axis=1))
     left: shapely.Geometry = patch
-    first = last = None
+    when, taken = [], []
     for i in near:
         rest = shapely.difference(left, swept(shapes[i : i + 2]))
         if rest.area < left.area:
-            first, last, left = t[i + 1] if first is None else first, t[i + 1], rest
-    return Capture(patch.area, patch.area - left.area, _plain(first), _plain(last))
-
-
-def _plain(value: float | None) -> float | None:
-    return None if value is None else float(value)
+            left = rest
+            when.append(t[i + 1])
+            taken.append(patch.area - left.area)
+    return Capture(patch.area, patch.area - left.area, np.array(when), np.array(taken))

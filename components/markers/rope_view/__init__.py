@@ -1,0 +1,1 @@
+"""Points of a floating rope as a boat's camera sees them."""
