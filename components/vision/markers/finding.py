@@ -1,0 +1,190 @@
+"""The markers of one image by method `best`: spots, fitted discs, the camera's shift, identities, covariances."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from components.vision.markers import bump, calibration, disc, identity, spots, tracks
+
+SHIFT, TRACKS = slice(0, 3), 3  # in x: the camera's shift as Moved, then a record for each marker
+RELATIVE_LEAST = 0.35  # of the median contrast that as many spots as there are markers and marks have
+# A fit is no marker's where the radius is off by more, the residuals reach more of the contrast, or the disc's contrast is
+# not as many times the line's; half a marker behind an edge has residuals above 0.15.
+SIZE_OFF, MISFIT, ABOVE_LINE = 0.3, 0.09, 1.3
+
+
+class Task(NamedTuple):
+    """What is looked for, and how.
+
+    lens, homography: calibration; marks: (j, 2) pixels of the marks fixed in the tank at calibration, mark_radius [pixel];
+    bump_limit: how far they may have moved [pixel]; markers: their number, spacing along the line, marker_radius, radius:
+    of the line [m]; plane: east of the motion plane [m]; first: (2,) north and down of marker 0 at the start, tolerance
+    [m]; agility [m/s^2]; wander [m]; blur: standard deviation of an edge [pixel]; contrast: least of a marker [grey
+    level]; model_error: standard deviation of a centre beside the fit's own [pixel].
+    """
+
+    lens: calibration.Lens
+    homography: np.ndarray
+    marks: np.ndarray
+    mark_radius: float
+    bump_limit: float
+    markers: int
+    spacing: float
+    marker_radius: float
+    radius: float
+    plane: float
+    first: np.ndarray
+    tolerance: float
+    agility: float
+    wander: float
+    blur: float
+    contrast: float
+    model_error: float
+
+
+class Found(NamedTuple):
+    """Of the markers: pixel (m, 2), pixel_covariance (m, 2, 2) [pixel^2], plane (m, 2) north and down [m], covariance.
+
+    covariance: (m, 2, 2) [m^2]; valid: (m,) bool; zeros where it is False. shift: (2,) of the camera [pixel].
+    """
+
+    pixel: np.ndarray
+    pixel_covariance: np.ndarray
+    plane: np.ndarray
+    covariance: np.ndarray
+    valid: np.ndarray
+    shift: np.ndarray
+
+
+def nothing(markers: int) -> Found:
+    """No marker found."""
+    two, square = (markers, 2), (markers, 2, 2)
+    return Found(
+        np.zeros(two), np.zeros(square), np.zeros(two), np.zeros(square), np.zeros(markers, bool), np.zeros(2)
+    )
+
+
+def state_size(markers: int) -> int:
+    """Numbers of x."""
+    return TRACKS + tracks.TRACK * markers
+
+
+def begin(x: np.ndarray) -> None:
+    """Nothing was seen yet."""
+    x[SHIFT] = 0.0
+    tracks.forget(x[TRACKS:].reshape(-1, tracks.TRACK))
+
+
+def scale_at(task: Task, moved: calibration.Moved, u: float, v: float) -> float:
+    """Metres of the motion plane that a pixel shows at (u, v)."""
+    nu, nv, du, dv = calibration.plane_derivatives(task.lens, moved, task.homography, u, v)
+    return float(np.sqrt(abs(nu * dv - nv * du)))
+
+
+def spots_of(task: Task, image: np.ndarray) -> np.ndarray:
+    """(k, 3) spots of the image, the strongest first, with as much contrast as a marker may have."""
+    height, width = image.shape
+    unmoved = calibration.Moved(0.0, 0.0, 0.0)
+    by = spots.reduction(task.marker_radius / scale_at(task, unmoved, 0.5 * width, 0.5 * height))
+    shape = height // by, width // by
+    found, sums = np.empty((identity.ROOM[0], spots.SPOT)), np.empty((shape[0] + 1, shape[1] + 1), np.int64)
+    count = spots.find_spots(image, by, 0.5 * task.contrast, sums, np.empty(shape, np.float32), found)
+    wanted = task.markers + len(task.marks)
+    least = RELATIVE_LEAST * found[wanted // 2, spots.CONTRAST] if count > wanted // 2 else 0.0
+    return found[:count][found[:count, spots.CONTRAST] >= least]
+
+
+def is_marker(task: Task, fit: disc.Fit, radius: float) -> bool:
+    """Whether a fit is that of a marker seen whole."""
+    return bool(
+        fit.found
+        and fit.contrast >= task.contrast
+        and abs(fit.radius / radius - 1.0) < SIZE_OFF
+        and fit.misfit < MISFIT * fit.contrast
+        and fit.contrast > ABOVE_LINE * fit.line
+    )
+
+
+def moved_camera(task: Task, image: np.ndarray, found: np.ndarray, last: np.ndarray) -> calibration.Moved:
+    """The camera's shift by the marks fixed in the tank; the last one where they do not tell."""
+    before = calibration.Moved(*map(float, last))
+    if not len(task.marks):
+        return before
+    u, v, alike = bump.find_shift(found, len(found), task.marks, last, task.bump_limit)
+    if 2 * alike <= len(task.marks) and np.hypot(u - last[0], v - last[1]) > bump.AGREE:
+        return before
+    seen, used = np.zeros_like(task.marks), np.zeros(len(task.marks), bool)
+    shape, scratch = disc.Shape(task.mark_radius, 0.5 * task.mark_radius, task.blur), np.empty(disc.ROOM)
+    for j, mark in enumerate(task.marks):
+        fit = disc.fit_disc(image, shape, mark[0] + u, mark[1] + v, scratch)
+        seen[j] = fit.u, fit.v
+        near = np.hypot(fit.u - mark[0] - u, fit.v - mark[1] - v) < bump.AGREE
+        used[j] = near and fit.found and fit.contrast >= task.contrast and fit.misfit < MISFIT * fit.contrast
+    if not used.any():
+        return before
+    return calibration.Moved(*bump.rigid_shift(task.marks, seen, used, task.lens.cu, task.lens.cv))
+
+
+def fitted(task: Task, image: np.ndarray, found: np.ndarray, moved: calibration.Moved) -> list[disc.Fit]:
+    """Fits of all spots that are markers seen whole and not marks of the tank."""
+    fits, scratch = [], np.empty(disc.ROOM)
+    for u, v, _ in found:
+        there = task.marks + (moved.u, moved.v)
+        if len(there) and np.linalg.norm(there - (u, v), axis=1).min() < task.mark_radius:
+            continue
+        scale = scale_at(task, moved, u, v)
+        radius = task.marker_radius / scale
+        fit = disc.fit_disc(image, disc.Shape(radius, task.radius / scale, task.blur), u, v, scratch)
+        if is_marker(task, fit, radius):
+            fits.append(fit)
+    return fits
+
+
+def identify(task: Task, plane: np.ndarray, scale: float, track: np.ndarray, h: float) -> np.ndarray:
+    """(m,) which of the spots (k, 2) [m] each marker is, -1 where it is not seen; h: since the last image [s]."""
+    expected, deviation = np.empty((task.markers, 2)), np.empty(task.markers)
+    tracks.expect(track, h, task.agility, task.wander, task.first, task.tolerance, expected, deviation)
+    taken, single = np.empty(task.markers, np.int64), np.empty(task.markers, np.int64)
+    links, chains = identity.empty_links(), identity.empty_chains(task.markers)
+    identity.assign(
+        plane, len(plane), task.spacing, 0.5 * scale, expected, deviation, links, chains, single, taken
+    )
+    for k in range(len(plane)):
+        twice = np.flatnonzero(taken == k)
+        if len(twice) > 1:
+            away = np.linalg.norm(expected[twice] - plane[k], axis=1) / deviation[twice]
+            taken[np.delete(twice, np.argmin(away))] = -1
+    return taken
+
+
+def find(task: Task, image: np.ndarray, x: np.ndarray, h: float) -> Found:
+    """The markers of an image (H, W) uint8, h [s] after the last one (0: the first); x goes on to this image."""
+    found = spots_of(task, image)
+    moved = moved_camera(task, image, found, x[SHIFT])
+    x[SHIFT] = moved
+    fits = fitted(task, image, found, moved)
+    plane = np.array([calibration.to_plane(task.lens, moved, task.homography, f.u, f.v) for f in fits]).reshape(-1, 2)
+    track = x[TRACKS:].reshape(-1, tracks.TRACK)
+    scale = scale_at(task, moved, 0.5 * image.shape[1], 0.5 * image.shape[0])
+    taken = identify(task, plane, scale, track, h)
+    result = nothing(task.markers)
+    result.shift[:] = moved.u, moved.v
+    for i, k in enumerate(taken):
+        if k >= 0:
+            _write(task, moved, fits[k], plane[k], i, result)
+            tracks.see(track, i, plane[k, 0], plane[k, 1], h)
+    for i in np.flatnonzero(taken < 0):
+        tracks.miss(track, i, h)
+    return result
+
+
+def _write(task: Task, moved: calibration.Moved, fit: disc.Fit, plane: np.ndarray, i: int, result: Found) -> None:
+    own = task.model_error**2
+    uu, uv, vv = fit.uu + own, fit.uv, fit.vv + own
+    derivatives = calibration.plane_derivatives(task.lens, moved, task.homography, fit.u, fit.v)
+    nn, nd, dd = calibration.plane_covariance(derivatives, uu, uv, vv)
+    result.pixel[i], result.plane[i], result.valid[i] = (fit.u, fit.v), plane, True
+    result.pixel_covariance[i] = (uu, uv), (uv, vv)
+    result.covariance[i] = (nn, nd), (nd, dd)
