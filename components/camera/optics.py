@@ -1,6 +1,6 @@
 """A pinhole camera with radial distortion in the water of a tank: where it sees a point, and what ray a pixel sees.
 
-Camera axes: x right and y down in the image, z ahead. A pixel's centre has whole coordinates, the upper left one's (0, 0).
+Camera axes: x right and y down in the image, z ahead. Pixels have whole coordinates in their middle, from (0, 0) on.
 A flat port's refraction is taken into the focal length (that in air times 1.33) and the distortion.
 """
 

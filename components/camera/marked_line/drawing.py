@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from components.camera.marked_line.tank import disc_row, ellipse_of
-from components.camera.optics import Optics, project
+from components.camera.optics import project
 from components.compiled import kernel
 from components.placement import cell, weights
 

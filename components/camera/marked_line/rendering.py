@@ -42,7 +42,7 @@ class Still(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """An image (h, w) uint8, and the truth of its markers: position (m, 3) NED [m], pixel (m, 2), share visible (m,)."""
+    """An image (h, w) uint8; of its markers the true position (m, 3) NED [m], pixel (m, 2), share visible (m,)."""
 
     image: np.ndarray
     position: np.ndarray
@@ -68,7 +68,13 @@ def paint(setting: Setting) -> Still:
 
 
 def render(
-    setting: Setting, still: Still, sensor: exposure.Sensor, particle_level: float, nodes: np.ndarray, t: float, frame: int
+    setting: Setting,
+    still: Still,
+    sensor: exposure.Sensor,
+    particle_level: float,
+    nodes: np.ndarray,
+    t: float,
+    frame: int,
 ) -> Seen:
     """The image of a line through nodes (n+1, 3) NED at t [s]; frame: its number from 0."""
     width, height = setting.size

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from components.camera.optics import Optics, plane_derivatives, project, ray
+from components.camera.optics import plane_derivatives, project, ray
 from components.compiled import kernel
 from components.random import uniform
 
@@ -127,7 +127,7 @@ def disc_row(a, b, c, u0, v0, u, v):
 
 @kernel
 def ellipse_of(optics, north, east, down, radius):
-    """The image of a disc in a plane of constant east: coefficients a, b, c, centre, half extents; depth <= 0: unseen."""
+    """The image of a disc in a plane of constant east: a, b, c, centre, half extents, depth (at most 0: unseen)."""
     u0, v0, z = project(optics, north, east, down)
     if z <= 0.0:
         return 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, z

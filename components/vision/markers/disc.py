@@ -1,8 +1,9 @@
 """A marker's centre to hundredths of a pixel: a blurred disc on a blurred strip, fitted by least squares.
 
-I(u, v) = b + g_u u + g_v v + (c + e q / h) T(q) (1 - S) + a S, with S the disc of radius r about (u0, v0) and T the strip
-through its centre at the angle phi, both with edges blurred by sigma; q is the distance from the strip's axis and h half
-its width, so that e tells how much brighter one side of it is. Gauss-Newton on (u0, v0, phi, r, a, c, e, b, g_u, g_v).
+I(u, v) = b + g_u u + g_v v + (c + e q / h) T(q) (1 - S) + a S, with S the disc of radius r about (u0, v0) and T the
+strip through its centre at the angle phi, both with edges blurred by sigma; q is the distance from the strip's axis and
+h half its width, so that e tells how much brighter one side of it is. Gauss-Newton on (u0, v0, phi, r, a, c, e, b, g_u,
+g_v).
 A disc alone, or a weighted centroid, is drawn aside where the background changes or the line is lit from one side, and
 a strip left out takes along the edges that it crosses.
 """
@@ -22,6 +23,7 @@ SETTLED = 1e-3  # last correction of the centre [pixel]
 TURN_DEVIATION = 0.3  # of phi about its first value [rad], which keeps it where no strip is to be seen
 SIZE_DEVIATION = 0.15  # of the radius about the expected one, relative
 MARGIN = 3.0  # of the window around the disc, beyond three standard deviations of blur [pixel]
+MOST_ALIKE = 0.8
 FAR = 5.0  # standard deviations of blur beyond which the strip is left out: 6e-7 of it
 SQRT2, NORM = sqrt(2.0), 0.3989422804014327
 
@@ -75,7 +77,7 @@ def direction(image, shape, u0, v0):
 
 @kernel
 def gradient(shape, du, dv, q, g):
-    """Model at (du, dv) from the centre; g (PARAMETERS,): its derivatives by q (PARAMETERS,), which hold the centre as 0."""
+    """Model at (du, dv) from the centre; g (PARAMETERS,): its derivatives by q (PARAMETERS,), whose centre is 0."""
     rho, sine, cosine, inverse = sqrt(du * du + dv * dv), sin(q[ANGLE]), cos(q[ANGLE]), 1.0 / shape.sigma
     across, along = cosine * dv - sine * du, cosine * du + sine * dv
     edge = (rho - q[RADIUS]) * inverse
@@ -151,6 +153,24 @@ def accumulate(image, shape, u0, v0, q, with_residuals, normal, right, spread, g
         for j in range(i):
             normal[j, i], spread[j, i] = normal[i, j], spread[i, j]
     return total, count
+
+
+@kernel
+def correlation(image, shape, u0, v0, q, along_u, g):
+    """Correlation of neighbouring residuals along u or v over the window, 0 to MOST_ALIKE."""
+    reach = reach_of(shape)
+    product = square = 0.0
+    u1, v1, size = int(u0 - reach), int(v0 - reach), int(2.0 * reach) + 3
+    for i in range(size):
+        last = 0.0
+        for j in range(size):
+            u, v = (u1 + j, v1 + i) if along_u else (u1 + i, v1 + j)
+            du, dv = u - u0, v - v0
+            r = 0.0
+            if du * du + dv * dv <= reach * reach:
+                r = image[v, u] - gradient(shape, du, dv, q, g)
+            product, square, last = product + r * last, square + r * r, r
+    return min(max(product / max(square, 1e-12), 0.0), MOST_ALIKE)
 
 
 @kernel
@@ -243,5 +263,8 @@ def fit_disc(image, shape, u0, v0, w):
     if not settled or not invert(normal, inverse):
         return missed
     uu, uv, vv = sandwich(inverse, spread, 0, 0), sandwich(inverse, spread, 0, 1), sandwich(inverse, spread, 1, 1)
-    rest = count / (count - n)
+    # Residuals that are alike count as fewer (Bartlett 1946, for a first-order process along both axes).
+    alike_u = correlation(image, shape, u0, v0, q, True, g)
+    alike_v = correlation(image, shape, u0, v0, q, False, g)
+    rest = count / (count - n) * (1.0 + alike_u) * (1.0 + alike_v) / ((1.0 - alike_u) * (1.0 - alike_v))
     return Fit(u0, v0, rest * uu, rest * uv, rest * vv, q[DISC], q[STRIP], q[RADIUS], sqrt(variance), True)

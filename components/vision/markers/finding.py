@@ -10,19 +10,20 @@ from components.vision.markers import bump, calibration, disc, identity, spots, 
 
 SHIFT, TRACKS = slice(0, 3), 3  # in x: the camera's shift as Moved, then a record for each marker
 RELATIVE_LEAST = 0.35  # of the median contrast that as many spots as there are markers and marks have
-# A fit is no marker's where the radius is off by more, the residuals reach more of the contrast, or the disc's contrast is
-# not as many times the line's; half a marker behind an edge has residuals above 0.15.
-SIZE_OFF, MISFIT, ABOVE_LINE = 0.3, 0.09, 1.3
+# A fit is no marker's where the radius is off by more, the residuals reach more of the contrast, or the disc's contrast
+# is not as many times the line's.
+SIZE_OFF, MISFIT, ABOVE_LINE = 0.3, 0.12, 1.3
 
 
 class Task(NamedTuple):
     """What is looked for, and how.
 
-    lens, homography: calibration; marks: (j, 2) pixels of the marks fixed in the tank at calibration, mark_radius [pixel];
-    bump_limit: how far they may have moved [pixel]; markers: their number, spacing along the line, marker_radius, radius:
-    of the line [m]; plane: east of the motion plane [m]; first: (2,) north and down of marker 0 at the start, tolerance
-    [m]; agility [m/s^2]; wander [m]; blur: standard deviation of an edge [pixel]; contrast: least of a marker [grey
-    level]; model_error: standard deviation of a centre beside the fit's own [pixel].
+    lens, homography: calibration. marks: (j, 2) pixels of the marks fixed in the tank at calibration, mark_radius
+    [pixel]; bump_limit: how far they may have moved [pixel]. markers: their number, spacing along the line [m],
+    marker_radius [m]; radius: of the line [m]. first: (2,) north and down of marker 0 at the start [m], tolerance: its
+    standard deviation [m]. agility: acceleration to be followed [m/s^2]; wander: of an unseen marker [m]. blur: standard
+    deviation of an edge [pixel]; contrast: least of a marker [grey level]; model_error: standard deviation of a centre
+    beside the fit's own [pixel].
     """
 
     lens: calibration.Lens
@@ -34,7 +35,6 @@ class Task(NamedTuple):
     spacing: float
     marker_radius: float
     radius: float
-    plane: float
     first: np.ndarray
     tolerance: float
     agility: float
@@ -61,9 +61,7 @@ class Found(NamedTuple):
 def nothing(markers: int) -> Found:
     """No marker found."""
     two, square = (markers, 2), (markers, 2, 2)
-    return Found(
-        np.zeros(two), np.zeros(square), np.zeros(two), np.zeros(square), np.zeros(markers, bool), np.zeros(2)
-    )
+    return Found(np.zeros(two), np.zeros(square), np.zeros(two), np.zeros(square), np.zeros(markers, bool), np.zeros(2))
 
 
 def state_size(markers: int) -> int:
@@ -131,7 +129,7 @@ def fitted(task: Task, image: np.ndarray, found: np.ndarray, moved: calibration.
     """Fits of all spots that are markers seen whole and not marks of the tank."""
     fits, scratch = [], np.empty(disc.ROOM)
     for u, v, _ in found:
-        there = task.marks + (moved.u, moved.v)
+        there = task.marks + np.array([moved.u, moved.v])
         if len(there) and np.linalg.norm(there - (u, v), axis=1).min() < task.mark_radius:
             continue
         scale = scale_at(task, moved, u, v)
@@ -148,9 +146,7 @@ def identify(task: Task, plane: np.ndarray, scale: float, track: np.ndarray, h: 
     tracks.expect(track, h, task.agility, task.wander, task.first, task.tolerance, expected, deviation)
     taken, single = np.empty(task.markers, np.int64), np.empty(task.markers, np.int64)
     links, chains = identity.empty_links(), identity.empty_chains(task.markers)
-    identity.assign(
-        plane, len(plane), task.spacing, 0.5 * scale, expected, deviation, links, chains, single, taken
-    )
+    identity.assign(plane, len(plane), task.spacing, 0.5 * scale, expected, deviation, links, chains, single, taken)
     for k in range(len(plane)):
         twice = np.flatnonzero(taken == k)
         if len(twice) > 1:

@@ -1,7 +1,7 @@
 """Which spot is which marker: the best chain of spots along a line whose markers are known distances apart.
 
-Dynamic programming over pairs of spots. A chain goes from marker to marker, leaves out those that are not seen, bends by
-less than TURN between its links, and is worth GAIN a marker less half the squared deviations from what is expected
+Dynamic programming over pairs of spots. A chain goes from marker to marker, leaves out those that are not seen, bends
+by less than TURN between its links, and is worth GAIN a marker less half the squared deviations from what is expected
 where, and of the links' lengths. What is expected keeps identities through an occlusion; order and distances along the
 line refuse a false spot, and start a chain where nothing is expected yet.
 """
@@ -95,7 +95,12 @@ def make_links(spots, count, spacing, deviation, links):
 @kernel
 def turns_little(spots, a, b, c):
     """Whether the links from a to b and b to c bend by less than TURN allows."""
-    ux, uy, vx, vy = spots[b, 0] - spots[a, 0], spots[b, 1] - spots[a, 1], spots[c, 0] - spots[b, 0], spots[c, 1] - spots[b, 1]
+    ux, uy, vx, vy = (
+        spots[b, 0] - spots[a, 0],
+        spots[b, 1] - spots[a, 1],
+        spots[c, 0] - spots[b, 0],
+        spots[c, 1] - spots[b, 1],
+    )
     return ux * vx + uy * vy > TURN * sqrt((ux * ux + uy * uy) * (vx * vx + vy * vy))
 
 

@@ -75,7 +75,11 @@ def find_spots(image, by, least, sums, contrast, spots):
     for v in range(OUTER, height - OUTER):
         for u in range(OUTER, width - OUTER):
             own = contrast[v, u]
-            if own < least or (count == len(spots) and own <= spots[count - 1, CONTRAST]) or not is_peak(contrast, v, u):
+            if (
+                own < least
+                or (count == len(spots) and own <= spots[count - 1, CONTRAST])
+                or not is_peak(contrast, v, u)
+            ):
                 continue
             k = count if count < len(spots) else count - 1
             count = max(count, k + 1)
