@@ -1,62 +1,35 @@
 """How a camera was shifted: the marks fixed in the tank, seen now against where they were seen at calibration."""
 
-from math import inf
+from __future__ import annotations
 
-from components.compiled import kernel
+import numpy as np
 
 AGREE = 2.0  # marks that moved alike within this belong together [pixel]
 
 
-@kernel
-def moved_alike(spots, count, marks, du, dv):
-    """How many marks have a spot where the shift (du, dv) takes them."""
-    alike = 0
-    for j in range(len(marks)):
-        for k in range(count):
-            u, v = spots[k, 0] - marks[j, 0] - du, spots[k, 1] - marks[j, 1] - dv
-            if u * u + v * v < AGREE * AGREE:
-                alike += 1
-                break
-    return alike
+def find_shift(spots: np.ndarray, marks: np.ndarray, last: np.ndarray, limit: float) -> tuple[np.ndarray, int]:
+    """The shift (2,) that most marks (j, 2) agree on, of equal ones the nearest to the last; and how many do.
 
-
-@kernel
-def find_shift(spots, count, marks, last, limit):
-    """The shift (u, v) [pixel] that most marks (j, 2) agree on, of equal ones the nearest to the last; and how many do.
-
-    spots: (room, >= 2) pixels, count of them; limit: how far the marks are looked for [pixel].
+    spots: (k, 2); limit: how far the marks are looked for; all in pixels. The last shift and 0 where there is no spot.
     """
-    best, nearest, shift_u, shift_v = 0, inf, last[0], last[1]
-    for j in range(len(marks)):
-        for k in range(count):
-            du, dv = spots[k, 0] - marks[j, 0], spots[k, 1] - marks[j, 1]
-            if du * du + dv * dv > limit * limit:
-                continue
-            alike = moved_alike(spots, count, marks, du, dv)
-            away = (du - last[0]) ** 2 + (dv - last[1]) ** 2
-            if alike > best or (alike == best and away < nearest):
-                best, nearest, shift_u, shift_v = alike, away, du, dv
-    return shift_u, shift_v, best
+    moves = spots[None] - marks[:, None]
+    guesses = moves[np.linalg.norm(moves, axis=2) <= limit]
+    if not len(guesses):
+        return last, 0
+    away = np.linalg.norm(moves[None] - guesses[:, None, None], axis=3)
+    alike = (away.min(axis=2) < AGREE).sum(axis=1)
+    best = np.lexsort((np.linalg.norm(guesses - last, axis=1), -alike))[0]
+    return guesses[best], int(alike[best])
 
 
-@kernel
-def rigid_shift(marks, seen, used, middle_u, middle_v):
-    """Turn about (middle_u, middle_v) and shift, by least squares, that take the used marks (j, 2) to seen (j, 2).
+def rigid_shift(marks: np.ndarray, seen: np.ndarray, middle: np.ndarray) -> tuple[float, float, float]:
+    """Shift u, v [pixel] after a turn about the middle (2,) that take marks (j, 2) to seen (j, 2), by least squares.
 
-    Angle to first order [rad], 0 with a single mark; u, v [pixel].
+    And the turn's angle, to first order [rad]; 0 with a single mark.
     """
-    n = mu = mv = su = sv = 0.0
-    for j in range(len(marks)):
-        if used[j]:
-            n += 1.0
-            mu, mv = mu + marks[j, 0] - middle_u, mv + marks[j, 1] - middle_v
-            su, sv = su + seen[j, 0] - middle_u, sv + seen[j, 1] - middle_v
-    mu, mv, su, sv = mu / n, mv / n, su / n, sv / n
-    top = below = 0.0
-    for j in range(len(marks)):
-        if used[j]:
-            a, b = marks[j, 0] - middle_u - mu, marks[j, 1] - middle_v - mv
-            c, d = seen[j, 0] - middle_u - su, seen[j, 1] - middle_v - sv
-            top, below = top + a * d - b * c, below + a * a + b * b
-    angle = top / below if n > 1.0 else 0.0
-    return su - mu + angle * mv, sv - mv - angle * mu, angle
+    a, b = marks - middle, seen - middle
+    ca, cb = a - a.mean(axis=0), b - b.mean(axis=0)
+    square = (ca**2).sum()
+    angle = float((ca[:, 0] * cb[:, 1] - ca[:, 1] * cb[:, 0]).sum() / square) if square > 0.0 else 0.0
+    (mu, mv), (su, sv) = a.mean(axis=0), b.mean(axis=0)
+    return float(su - mu + angle * mv), float(sv - mv - angle * mu), angle

@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from components.compiled import kernel
-
 NEWTON_STEPS = 8  # of the inverse distortion
 STEP = 0.01  # of the derivatives' differences [pixel]
 
@@ -32,60 +30,39 @@ class Moved(NamedTuple):
     angle: float
 
 
-@kernel
-def undistorted(lens, moved, u, v):
-    """Pixel (u, v) as an ideal camera at its place of calibration would see it."""
-    x, y = (u - moved.u - lens.cu) / lens.f, (v - moved.v - lens.cv) / lens.f
-    x, y = x + moved.angle * y, y - moved.angle * x
-    rd2 = x * x + y * y
-    g = 1.0
+STILL = Moved(0.0, 0.0, 0.0)
+
+
+def undistorted(lens: Lens, moved: Moved, pixels: np.ndarray) -> np.ndarray:
+    """Pixels (k, 2) as an ideal camera at its place of calibration would see them."""
+    x = (pixels[:, 0] - moved.u - lens.cu) / lens.f
+    y = (pixels[:, 1] - moved.v - lens.cv) / lens.f
+    seen = np.column_stack([x + moved.angle * y, y - moved.angle * x])
+    square = lens.k * (seen**2).sum(axis=1)
+    g = np.ones(len(seen))  # r = g r_d, where g (1 + k r_d^2 g^2) = 1
     for _ in range(NEWTON_STEPS):
-        g -= (g * (1.0 + lens.k * rd2 * g * g) - 1.0) / (1.0 + 3.0 * lens.k * rd2 * g * g)
-    return lens.cu + lens.f * g * x, lens.cv + lens.f * g * y
+        g -= (g * (1.0 + square * g * g) - 1.0) / (1.0 + 3.0 * square * g * g)
+    return np.array([lens.cu, lens.cv]) + lens.f * g[:, None] * seen
 
 
-@kernel
-def distorted(lens, moved, u, v):
-    """The inverse of undistorted, to first order in the angle."""
-    x, y = (u - lens.cu) / lens.f, (v - lens.cv) / lens.f
-    s = 1.0 + lens.k * (x * x + y * y)
-    x, y = s * x, s * y
-    x, y = x - moved.angle * y, y + moved.angle * x
-    return lens.cu + lens.f * x + moved.u, lens.cv + lens.f * y + moved.v
+def mapped(h: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points (k, 2) through the homography h (9,)."""
+    there = points @ h.reshape(3, 3)[:, :2].T + h.reshape(3, 3)[:, 2]
+    return there[:, :2] / there[:, 2:]
 
 
-@kernel
-def mapped(h, a, b):
-    """A point through the homography h (9,)."""
-    w = h[6] * a + h[7] * b + h[8]
-    return (h[0] * a + h[1] * b + h[2]) / w, (h[3] * a + h[4] * b + h[5]) / w
+def to_plane(lens: Lens, moved: Moved, h: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+    """North and down (k, 2) [m] of what pixels (k, 2) show in the plane."""
+    return mapped(h, undistorted(lens, moved, pixels))
 
 
-@kernel
-def to_plane(lens, moved, h, u, v):
-    """North and down [m] of what pixel (u, v) shows in the plane."""
-    u, v = undistorted(lens, moved, u, v)
-    return mapped(h, u, v)
-
-
-@kernel
-def plane_derivatives(lens, moved, h, u, v):
-    """dn/du, dn/dv, dd/du, dd/dv [m/pixel]."""
-    n1, d1 = to_plane(lens, moved, h, u + STEP, v)
-    n0, d0 = to_plane(lens, moved, h, u - STEP, v)
-    n3, d3 = to_plane(lens, moved, h, u, v + STEP)
-    n2, d2 = to_plane(lens, moved, h, u, v - STEP)
-    s = 0.5 / STEP
-    return s * (n1 - n0), s * (n3 - n2), s * (d1 - d0), s * (d3 - d2)
-
-
-@kernel
-def plane_covariance(derivatives, uu, uv, vv):
-    """Covariance nn, nd, dd [m^2] of a pixel's uu, uv, vv [pixel^2]."""
-    a, b, c, d = derivatives
-    nn = a * a * uu + 2.0 * a * b * uv + b * b * vv
-    nd = a * c * uu + (a * d + b * c) * uv + b * d * vv
-    return nn, nd, c * c * uu + 2.0 * c * d * uv + d * d * vv
+def plane_derivatives(lens: Lens, moved: Moved, h: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+    """(k, 2, 2) derivatives of north and down (rows) by column and row of the image [m/pixel]."""
+    columns = []
+    for step in np.array([[STEP, 0.0], [0.0, STEP]]):
+        ahead, back = (to_plane(lens, moved, h, pixels + s * step) for s in (1.0, -1.0))
+        columns.append(0.5 / STEP * (ahead - back))
+    return np.stack(columns, axis=2)
 
 
 def _normaliser(points: np.ndarray) -> np.ndarray:

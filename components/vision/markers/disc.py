@@ -19,7 +19,8 @@ LINEAR = DISC  # the first of those in which the model is linear
 ROOM = 3 * PARAMETERS * PARAMETERS + 3 * PARAMETERS  # of scratch
 ITERATIONS = 12
 QUANTISATION = 1.0 / 12.0  # variance of rounding [grey level^2]
-SETTLED = 1e-3  # last correction of the centre [pixel]
+SETTLED = 3e-3  # last correction of the centre, of which a tenth or so remains [pixel]
+NEARLY = 0.03  # the same, with which a fit in a disturbed window may end [pixel]
 TURN_DEVIATION = 0.3  # of phi about its first value [rad], which keeps it where no strip is to be seen
 SIZE_DEVIATION = 0.15  # of the radius about the expected one, relative
 MARGIN = 3.0  # of the window around the disc, beyond three standard deviations of blur [pixel]
@@ -254,8 +255,8 @@ def fit_disc(image, shape, u0, v0, w):
         away = (u0 - first_u) ** 2 + (v0 - first_v) ** 2
         if not away < shape.radius * shape.radius or not inside(image, shape, u0, v0):
             return missed
-        if iteration > 0 and du * du + dv * dv < SETTLED * SETTLED:
-            settled = True
+        settled = iteration > 0 and du * du + dv * dv < NEARLY * NEARLY
+        if settled and du * du + dv * dv < SETTLED * SETTLED:
             break
     total, count = accumulate(image, shape, u0, v0, q, True, normal, right, spread, g)
     variance = total / (count - n)

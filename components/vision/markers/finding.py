@@ -12,6 +12,7 @@ SHIFT, TRACKS = slice(0, 3), 3  # in x: the camera's shift as Moved, then a reco
 RELATIVE_LEAST = 0.35  # of the median contrast that as many spots as there are markers and marks have
 # A fit is no marker's where the radius is off by more, the residuals reach more of the contrast, or the disc's contrast
 # is not as many times the line's.
+CHAIN_ERROR = 0.5  # of a spot for the lengths of links [pixel]
 SIZE_OFF, MISFIT, ABOVE_LINE = 0.3, 0.12, 1.3
 
 
@@ -20,7 +21,7 @@ class Task(NamedTuple):
 
     lens, homography: calibration. marks: (j, 2) pixels of the marks fixed in the tank at calibration, mark_radius
     [pixel]; bump_limit: how far they may have moved [pixel]. markers: their number, spacing along the line [m],
-    marker_radius [m]; radius: of the line [m]. first: (2,) north and down of marker 0 at the start [m], tolerance: its
+    marker_radius [m]; radius: of the line [m]. first: (2,) north and down of marker 0 at first, tolerance: its
     standard deviation [m]. agility: acceleration to be followed [m/s^2]; wander: of an unseen marker [m]. blur: standard
     deviation of an edge [pixel]; contrast: least of a marker [grey level]; model_error: standard deviation of a centre
     beside the fit's own [pixel].
@@ -75,18 +76,22 @@ def begin(x: np.ndarray) -> None:
     tracks.forget(x[TRACKS:].reshape(-1, tracks.TRACK))
 
 
-def scale_at(task: Task, moved: calibration.Moved, u: float, v: float) -> float:
-    """Metres of the motion plane that a pixel shows at (u, v)."""
-    nu, nv, du, dv = calibration.plane_derivatives(task.lens, moved, task.homography, u, v)
-    return float(np.sqrt(abs(nu * dv - nv * du)))
+def scales_at(task: Task, moved: calibration.Moved, pixels: np.ndarray) -> np.ndarray:
+    """(k,) metres of the motion plane that a pixel shows at pixels (k, 2)."""
+    derivatives = calibration.plane_derivatives(task.lens, moved, task.homography, pixels)
+    return np.sqrt(np.abs(np.linalg.det(derivatives)))
+
+
+def middle_scale(task: Task, image: np.ndarray) -> float:
+    """The same in the middle of the image at calibration."""
+    height, width = image.shape
+    return float(scales_at(task, calibration.STILL, np.array([[0.5 * width, 0.5 * height]]))[0])
 
 
 def spots_of(task: Task, image: np.ndarray) -> np.ndarray:
     """(k, 3) spots of the image, the strongest first, with as much contrast as a marker may have."""
-    height, width = image.shape
-    unmoved = calibration.Moved(0.0, 0.0, 0.0)
-    by = spots.reduction(task.marker_radius / scale_at(task, unmoved, 0.5 * width, 0.5 * height))
-    shape = height // by, width // by
+    by = spots.reduction(task.marker_radius / middle_scale(task, image))
+    shape = image.shape[0] // by, image.shape[1] // by
     found, sums = np.empty((identity.ROOM[0], spots.SPOT)), np.empty((shape[0] + 1, shape[1] + 1), np.int64)
     count = spots.find_spots(image, by, 0.5 * task.contrast, sums, np.empty(shape, np.float32), found)
     wanted = task.markers + len(task.marks)
@@ -110,29 +115,29 @@ def moved_camera(task: Task, image: np.ndarray, found: np.ndarray, last: np.ndar
     before = calibration.Moved(*map(float, last))
     if not len(task.marks):
         return before
-    u, v, alike = bump.find_shift(found, len(found), task.marks, last, task.bump_limit)
-    if 2 * alike <= len(task.marks) and np.hypot(u - last[0], v - last[1]) > bump.AGREE:
+    shift, alike = bump.find_shift(found[:, :2], task.marks, last[:2], task.bump_limit)
+    if 2 * alike <= len(task.marks) and np.hypot(*(shift - last[:2])) > bump.AGREE:
         return before
-    seen, used = np.zeros_like(task.marks), np.zeros(len(task.marks), bool)
+    there, seen, used = task.marks + shift, np.zeros_like(task.marks), np.zeros(len(task.marks), bool)
     shape, scratch = disc.Shape(task.mark_radius, 0.5 * task.mark_radius, task.blur), np.empty(disc.ROOM)
-    for j, mark in enumerate(task.marks):
-        fit = disc.fit_disc(image, shape, mark[0] + u, mark[1] + v, scratch)
+    for j, (u, v) in enumerate(there):
+        fit = disc.fit_disc(image, shape, u, v, scratch)
         seen[j] = fit.u, fit.v
-        near = np.hypot(fit.u - mark[0] - u, fit.v - mark[1] - v) < bump.AGREE
-        used[j] = near and fit.found and fit.contrast >= task.contrast and fit.misfit < MISFIT * fit.contrast
+        used[j] = fit.found and fit.contrast >= task.contrast and fit.misfit < MISFIT * fit.contrast
+    used &= np.linalg.norm(seen - there, axis=1) < bump.AGREE
     if not used.any():
         return before
-    return calibration.Moved(*bump.rigid_shift(task.marks, seen, used, task.lens.cu, task.lens.cv))
+    middle = np.array([task.lens.cu, task.lens.cv])
+    return calibration.Moved(*bump.rigid_shift(task.marks[used], seen[used], middle))
 
 
 def fitted(task: Task, image: np.ndarray, found: np.ndarray, moved: calibration.Moved) -> list[disc.Fit]:
     """Fits of all spots that are markers seen whole and not marks of the tank."""
     fits, scratch = [], np.empty(disc.ROOM)
-    for u, v, _ in found:
-        there = task.marks + np.array([moved.u, moved.v])
+    there = task.marks + np.array([moved.u, moved.v])
+    for (u, v), scale in zip(found[:, :2], scales_at(task, moved, found[:, :2]), strict=True):
         if len(there) and np.linalg.norm(there - (u, v), axis=1).min() < task.mark_radius:
             continue
-        scale = scale_at(task, moved, u, v)
         radius = task.marker_radius / scale
         fit = disc.fit_disc(image, disc.Shape(radius, task.radius / scale, task.blur), u, v, scratch)
         if is_marker(task, fit, radius):
@@ -140,13 +145,11 @@ def fitted(task: Task, image: np.ndarray, found: np.ndarray, moved: calibration.
     return fits
 
 
-def identify(task: Task, plane: np.ndarray, scale: float, track: np.ndarray, h: float) -> np.ndarray:
-    """(m,) which of the spots (k, 2) [m] each marker is, -1 where it is not seen; h: since the last image [s]."""
-    expected, deviation = np.empty((task.markers, 2)), np.empty(task.markers)
-    tracks.expect(track, h, task.agility, task.wander, task.first, task.tolerance, expected, deviation)
+def identify(task: Task, plane: np.ndarray, error: float, expected: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """(m,) which of the spots (k, 2) [m] each marker is, -1 where it is not seen; error: of the spots [m]."""
     taken, single = np.empty(task.markers, np.int64), np.empty(task.markers, np.int64)
     links, chains = identity.empty_links(), identity.empty_chains(task.markers)
-    identity.assign(plane, len(plane), task.spacing, 0.5 * scale, expected, deviation, links, chains, single, taken)
+    identity.assign(plane, len(plane), task.spacing, error, expected, deviation, links, chains, single, taken)
     for k in range(len(plane)):
         twice = np.flatnonzero(taken == k)
         if len(twice) > 1:
@@ -161,26 +164,20 @@ def find(task: Task, image: np.ndarray, x: np.ndarray, h: float) -> Found:
     moved = moved_camera(task, image, found, x[SHIFT])
     x[SHIFT] = moved
     fits = fitted(task, image, found, moved)
-    plane = np.array([calibration.to_plane(task.lens, moved, task.homography, f.u, f.v) for f in fits]).reshape(-1, 2)
+    centres = np.array([(fit.u, fit.v) for fit in fits]).reshape(-1, 2)
+    plane = calibration.to_plane(task.lens, moved, task.homography, centres)
     track = x[TRACKS:].reshape(-1, tracks.TRACK)
-    scale = scale_at(task, moved, 0.5 * image.shape[1], 0.5 * image.shape[0])
-    taken = identify(task, plane, scale, track, h)
+    expected = tracks.expect(track, h, task.agility, task.wander, task.first, task.tolerance)
+    taken = identify(task, plane, CHAIN_ERROR * middle_scale(task, image), *expected)
     result = nothing(task.markers)
     result.shift[:] = moved.u, moved.v
-    for i, k in enumerate(taken):
-        if k >= 0:
-            _write(task, moved, fits[k], plane[k], i, result)
-            tracks.see(track, i, plane[k, 0], plane[k, 1], h)
-    for i in np.flatnonzero(taken < 0):
-        tracks.miss(track, i, h)
+    seen = taken >= 0
+    at = taken[seen]
+    result.pixel[seen], result.plane[seen], result.valid[seen] = centres[at], plane[at], True
+    own = np.array([((fit.uu, fit.uv), (fit.uv, fit.vv)) for fit in fits]).reshape(-1, 2, 2)
+    own += task.model_error**2 * np.eye(2)
+    metric = calibration.plane_derivatives(task.lens, moved, task.homography, centres[at])
+    result.pixel_covariance[seen] = own[at]
+    result.covariance[seen] = metric @ own[at] @ metric.transpose(0, 2, 1)
+    tracks.go_on(track, result.plane, seen, h)
     return result
-
-
-def _write(task: Task, moved: calibration.Moved, fit: disc.Fit, plane: np.ndarray, i: int, result: Found) -> None:
-    own = task.model_error**2
-    uu, uv, vv = fit.uu + own, fit.uv, fit.vv + own
-    derivatives = calibration.plane_derivatives(task.lens, moved, task.homography, fit.u, fit.v)
-    nn, nd, dd = calibration.plane_covariance(derivatives, uu, uv, vv)
-    result.pixel[i], result.plane[i], result.valid[i] = (fit.u, fit.v), plane, True
-    result.pixel_covariance[i] = (uu, uv), (uv, vv)
-    result.covariance[i] = (nn, nd), (nd, dd)

@@ -90,8 +90,7 @@ class Markers(Parameters):
 
     def homography(self) -> np.ndarray:
         """(9,) from undistorted pixels to north and down. Raises ValueError if the reference points lie on a line."""
-        still, lens = calibration.Moved(0.0, 0.0, 0.0), self.lens()
-        pixels = np.array([calibration.undistorted(lens, still, u, v) for u, v in self.reference_pixel])
+        pixels = calibration.undistorted(self.lens(), calibration.STILL, np.array(self.reference_pixel))
         return calibration.homography(pixels, np.array(self.reference_position))
 
     def affinity(self) -> scales.Affinity:

@@ -5,77 +5,56 @@ less and less surely, up to the distance that a line wanders; so a line that com
 its markers are nearer to where they were than to where their neighbours were.
 """
 
-from math import exp, inf, sqrt
+from __future__ import annotations
 
-from components.compiled import kernel
+from math import exp
 
-NORTH, DOWN, V_NORTH, V_DOWN, UNSEEN, TRACK = 0, 1, 2, 3, 4, 5  # a marker's record in x: [m], [m/s], time unseen [s]
+import numpy as np
+
+# A marker's record in x: place [m], velocity [m/s], both north and down, and the time it was not seen [s].
+PLACE, VELOCITY, UNSEEN, TRACK = slice(0, 2), slice(2, 4), 4, 5
 NEVER = -1.0  # of UNSEEN
 FORGOTTEN = 0.3  # time constant in which the velocity of an unseen marker decays [s]
 SHARE = 0.5  # of a new velocity in the kept one
 LEAST = 0.004  # standard deviation of what is expected a moment after it was seen [m]
 
 
-@kernel
-def forget(x):
-    """No marker was seen yet."""
-    for i in range(len(x)):
-        for c in range(TRACK):
-            x[i, c] = 0.0
-        x[i, UNSEEN] = NEVER
+def forget(x: np.ndarray) -> None:
+    """No marker (m, TRACK) was seen yet."""
+    x[:] = 0.0
+    x[:, UNSEEN] = NEVER
 
 
-@kernel
-def expect(x, h, agility, wander, first, tolerance, expected, deviation):
-    """Write what is expected h [s] after the last image into expected (m, 2) [m] and deviation (m,) [m].
+def expect(
+    x: np.ndarray, h: float, agility: float, wander: float, first: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """What is expected h [s] after the last image: (m, 2) [m], and its standard deviation (m,) [m], inf for nothing.
 
-    x: (m, TRACK); agility: acceleration of a marker [m/s^2]; wander: largest deviation [m]; first: (2,) where marker 0
-    is to be looked for while nothing was seen, tolerance: its standard deviation [m].
+    agility: acceleration of a marker [m/s^2]; wander: largest deviation [m]; first: (2,) where marker 0 is looked for
+    while it was not seen, tolerance: its standard deviation [m].
     """
-    for i in range(len(x)):
-        if x[i, UNSEEN] == NEVER:
-            expected[i, 0], expected[i, 1] = first[0], first[1]
-            deviation[i] = tolerance if i == 0 else inf
-            continue
-        age = x[i, UNSEEN] + h
-        expected[i, 0], expected[i, 1] = x[i, NORTH] + h * x[i, V_NORTH], x[i, DOWN] + h * x[i, V_DOWN]
-        deviation[i] = min(sqrt(LEAST * LEAST + (0.5 * agility * age * age) ** 2), wander)
+    age = x[:, UNSEEN] + h
+    expected = x[:, PLACE] + h * x[:, VELOCITY]
+    deviation = np.minimum(np.hypot(LEAST, 0.5 * agility * age * age), wander)
+    never = x[:, UNSEEN] == NEVER
+    deviation[never] = np.inf
+    if never[0]:
+        expected[0], deviation[0] = first, tolerance
+    return expected, deviation
 
 
-@kernel
-def see(x, i, north, down, h):
-    """Marker i is seen at (north, down) [m], h after the last image."""
-    if x[i, UNSEEN] == 0.0 and h > 0.0:
-        x[i, V_NORTH] += SHARE * ((north - x[i, NORTH]) / h - x[i, V_NORTH])
-        x[i, V_DOWN] += SHARE * ((down - x[i, DOWN]) / h - x[i, V_DOWN])
-    elif x[i, UNSEEN] != NEVER or h == 0.0:
-        x[i, V_NORTH] = x[i, V_DOWN] = 0.0
-    x[i, NORTH], x[i, DOWN], x[i, UNSEEN] = north, down, 0.0
-
-
-@kernel
-def neighbour(x, i, by):
-    """The next marker that is seen now, in steps of by; -1 if there is none."""
-    i += by
-    while 0 <= i < len(x):
-        if x[i, UNSEEN] == 0.0:
-            return i
-        i += by
-    return -1
-
-
-@kernel
-def miss(x, i, h):
-    """Marker i is not seen; to be called after see() of the others."""
-    if x[i, UNSEEN] == NEVER:
-        return
-    a, b = neighbour(x, i, -1), neighbour(x, i, 1)
-    keep = exp(-h / FORGOTTEN)
-    for c in (V_NORTH, V_DOWN):
-        if a >= 0 and b >= 0:
-            x[i, c] = ((b - i) * x[a, c] + (i - a) * x[b, c]) / (b - a)
-        else:
-            x[i, c] *= keep
-    x[i, NORTH] += h * x[i, V_NORTH]
-    x[i, DOWN] += h * x[i, V_DOWN]
-    x[i, UNSEEN] += h
+def go_on(x: np.ndarray, places: np.ndarray, seen: np.ndarray, h: float) -> None:
+    """The markers seen (m,) bool are at places (m, 2) [m], h [s] after the last image; the others follow them."""
+    again = seen & (x[:, UNSEEN] == 0.0) & (h > 0.0)
+    x[again, VELOCITY] += SHARE * ((places[again] - x[again, PLACE]) / max(h, 1e-12) - x[again, VELOCITY])
+    x[seen & ~again, VELOCITY] = 0.0
+    x[seen, PLACE], x[seen, UNSEEN] = places[seen], 0.0
+    lost = ~seen & (x[:, UNSEEN] != NEVER)
+    x[lost, VELOCITY] *= exp(-h / FORGOTTEN)
+    there, index = np.flatnonzero(seen), np.arange(len(x))
+    if len(there) > 1:
+        between = lost & (index > there[0]) & (index < there[-1])
+        for c in range(VELOCITY.start, VELOCITY.stop):
+            x[between, c] = np.interp(index[between], there, x[there, c])
+    x[lost, PLACE] += h * x[lost, VELOCITY]
+    x[lost, UNSEEN] += h
