@@ -13,7 +13,7 @@ RELATIVE_LEAST = 0.35  # of the median contrast that as many spots as there are 
 # A fit is no marker's where the radius is off by more, the residuals reach more of the contrast, or the disc's contrast
 # is not as many times the line's.
 CHAIN_ERROR = 0.5  # of a spot for the lengths of links [pixel]
-SIZE_OFF, MISFIT, ABOVE_LINE = 0.3, 0.12, 1.3
+SIZE_OFF, MISFIT, ABOVE_LINE = 0.3, 0.08, 1.3
 
 
 class Task(NamedTuple):
@@ -21,10 +21,10 @@ class Task(NamedTuple):
 
     lens, homography: calibration. marks: (j, 2) pixels of the marks fixed in the tank at calibration, mark_radius
     [pixel]; bump_limit: how far they may have moved [pixel]. markers: their number, spacing along the line [m],
-    marker_radius [m]; radius: of the line [m]. first: (2,) north and down of marker 0 at first, tolerance: its
-    standard deviation [m]. agility: acceleration to be followed [m/s^2]; wander: of an unseen marker [m]. blur: standard
-    deviation of an edge [pixel]; contrast: least of a marker [grey level]; model_error: standard deviation of a centre
-    beside the fit's own [pixel].
+    marker_radius [m]; radius: of the line [m]. first: (2,) north and down of marker 0 at first, tolerance: of that, its
+    standard deviation [m]. agility: acceleration to be followed [m/s^2]; wander: of an unseen marker [m]. blur: of an
+    edge, its standard deviation [pixel]; contrast: least of a marker [grey level]; model_error: standard deviation of a
+    centre beside the fit's own [pixel].
     """
 
     lens: calibration.Lens

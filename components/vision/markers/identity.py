@@ -21,6 +21,7 @@ CURVED = 0.02  # a link of g spacings may be shorter than along the line by this
 SHORTEST = 0.3  # and by no more than down to this share
 DEVIATION = 0.03  # of a link's length, of the shortfall that a curve does not explain
 ROOM = 64, 4096  # spots and links
+ALONE = -2  # in place of a link: the chain ends with a marker that is not linked
 
 
 class Links(NamedTuple):
@@ -124,6 +125,31 @@ def reaches(spots, k, i, expected, deviation, spacing):
 
 
 @kernel
+def last_spot(links, chains, single, i):
+    """Spot that the best chain up to marker i ends at, -1 without one."""
+    if i < 0 or chains.last_marker[i] < 0:
+        return -1
+    link = chains.last_link[i]
+    return single[chains.last_marker[i]] if link == ALONE else links.end[link]
+
+
+@kernel
+def worth_before(spots, k, i, spacing, links, chains, single):
+    """Worth of the best chain that may go before a chain anew from spot k as marker i; 0 for none.
+
+    It ends farther off than a link spans, or it would be linked, and no farther than the line is long.
+    """
+    a = last_spot(links, chains, single, i - 1)
+    if a < 0:
+        return 0.0
+    gap = i - chains.last_marker[i - 1]
+    length = sqrt((spots[k, 0] - spots[a, 0]) ** 2 + (spots[k, 1] - spots[a, 1]) ** 2)
+    if a == k or gap <= LEAP or length > (1.0 + SLACK) * gap * spacing:
+        return 0.0
+    return chains.last[i - 1]
+
+
+@kernel
 def fill_chains(spots, count, links, n_links, expected, deviation, spacing, single, chains):
     """Work out the best chain to every link at every marker. single: (m,) spot best as this marker alone, or -1."""
     for i in range(len(deviation)):
@@ -131,7 +157,6 @@ def fill_chains(spots, count, links, n_links, expected, deviation, spacing, sing
         if i > 0:
             best, link, marker = chains.last[i - 1], chains.last_link[i - 1], chains.last_marker[i - 1]
         single[i] = -1
-        earlier = best
         for e in range(n_links):
             chains.worth[i, e], gap, a, b = -inf, links.gap[e], links.start[e], links.end[e]
             k = i - gap
@@ -144,8 +169,7 @@ def fill_chains(spots, count, links, n_links, expected, deviation, spacing, sing
                     value, before = chains.worth[k, f], f
             first = spot_worth(spots, a, expected, deviation, k)
             if first > -inf and reaches(spots, a, k, expected, deviation, spacing):
-                # A chain anew: after an earlier one only where the marker is expected.
-                ahead = chains.last[k - 1] if k > 0 and deviation[k] < inf else 0.0
+                ahead = worth_before(spots, a, k, spacing, links, chains, single) if deviation[k] < inf else 0.0
                 if first + ahead > value:
                     value, before = first + ahead, (-2 - (k - 1) if ahead > 0.0 else -1)
             if value == -inf:
@@ -153,26 +177,26 @@ def fill_chains(spots, count, links, n_links, expected, deviation, spacing, sing
             chains.worth[i, e], chains.before[i, e] = value + own + links.worth[e], before
             if chains.worth[i, e] > best:
                 best, link, marker = chains.worth[i, e], e, i
-        # A marker by itself, where it is expected.
         if deviation[i] < inf:
             for k in range(count):
-                worth = spot_worth(spots, k, expected, deviation, i) + (earlier if i > 0 else 0.0)
+                worth = spot_worth(spots, k, expected, deviation, i)
+                worth += worth_before(spots, k, i, spacing, links, chains, single)
                 if worth > best:
-                    best, link, marker, single[i] = worth, -2, i, k
+                    best, link, marker, single[i] = worth, ALONE, i, k
         chains.last[i], chains.last_link[i], chains.last_marker[i] = best, link, marker
 
 
 @kernel
-def read_back(links, chains, single, taken):
+def read_back(spots, spacing, links, chains, single, taken):
     """Write the spot of each marker into taken (m,), -1 where it is not seen; the whole worth."""
     for i in range(len(taken)):
         taken[i] = -1
     at = len(taken) - 1
     while at >= 0 and chains.last_marker[at] >= 0:
         i, e = chains.last_marker[at], chains.last_link[at]
-        if e == -2:
+        if e == ALONE:
             taken[i] = single[i]
-            at = i - 1
+            at = i - 1 if worth_before(spots, single[i], i, spacing, links, chains, single) > 0.0 else -1
             continue
         while e >= 0:
             taken[i] = links.end[e]
@@ -191,8 +215,8 @@ def assign(spots, count, spacing, error, expected, deviation, links, chains, sin
 
     spots: (room, 2), count of them [m]; error: their standard deviation [m]; expected: (m, 2) [m], deviation: (m,) of
     it [m], inf where nothing is expected; single: (m,) int64 scratch; taken: (m,) int64 written: spot or -1.
-    A spot may come out twice: the caller refuses it at the marker where it fits less.
+    A spot may come out twice, far apart along the line: the caller refuses it at the marker where it fits less.
     """
     n_links = make_links(spots, count, spacing, error, links)
     fill_chains(spots, count, links, n_links, expected, deviation, spacing, single, chains)
-    return read_back(links, chains, single, taken)
+    return read_back(spots, spacing, links, chains, single, taken)

@@ -53,7 +53,7 @@ class Markers(Parameters):
     )
     blur: float = quantity("pixel", "standard deviation of the lens's blur", 1.2, ge=0, le=20)
     contrast: float = quantity("1", "least of a marker over its background [grey levels]", 25.0, gt=0)
-    model_error: float = quantity("pixel", "standard deviation of a centre beside the fit's own", 0.005, ge=0)
+    model_error: float = quantity("pixel", "standard deviation of a centre beside the fit's own", 0.01, ge=0)
 
     chain_pixel: tuple[Pair, ...] = quantity(
         "pixel", "published: markers 0, 1, ... as read in its first image, two at least lying on the floor", ()

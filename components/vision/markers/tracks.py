@@ -45,16 +45,19 @@ def expect(
 
 def go_on(x: np.ndarray, places: np.ndarray, seen: np.ndarray, h: float) -> None:
     """The markers seen (m,) bool are at places (m, 2) [m], h [s] after the last image; the others follow them."""
+    before = x[:, PLACE].copy()
     again = seen & (x[:, UNSEEN] == 0.0) & (h > 0.0)
     x[again, VELOCITY] += SHARE * ((places[again] - x[again, PLACE]) / max(h, 1e-12) - x[again, VELOCITY])
     x[seen & ~again, VELOCITY] = 0.0
     x[seen, PLACE], x[seen, UNSEEN] = places[seen], 0.0
     lost = ~seen & (x[:, UNSEEN] != NEVER)
     x[lost, VELOCITY] *= exp(-h / FORGOTTEN)
-    there, index = np.flatnonzero(seen), np.arange(len(x))
+    moves = h * x[:, VELOCITY]
+    there, index = np.flatnonzero(again), np.arange(len(x))
     if len(there) > 1:
         between = lost & (index > there[0]) & (index < there[-1])
-        for c in range(VELOCITY.start, VELOCITY.stop):
-            x[between, c] = np.interp(index[between], there, x[there, c])
-    x[lost, PLACE] += h * x[lost, VELOCITY]
+        for c in range(2):
+            x[between, VELOCITY.start + c] = np.interp(index[between], there, x[there, VELOCITY.start + c])
+            moves[between, c] = np.interp(index[between], there, (places - before)[there, c])
+    x[lost, PLACE] += moves[lost]
     x[lost, UNSEEN] += h
