@@ -1,9 +1,15 @@
-"""How a camera was shifted: the marks fixed in the tank, seen now against where they were seen at calibration."""
+"""How a camera was turned: the marks fixed in the tank, seen now against where they were seen at calibration.
+
+A bump turns a camera; turns shift near and far alike, so that marks on the wall tell of the motion plane.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from components.vision.markers import calibration
+
+ROUNDS = 8  # of Gauss-Newton: rounding remains after turns of some degrees
 AGREE = 2.0  # marks that moved alike within this belong together [pixel]
 
 
@@ -22,14 +28,14 @@ def find_shift(spots: np.ndarray, marks: np.ndarray, last: np.ndarray, limit: fl
     return guesses[best], int(alike[best])
 
 
-def rigid_shift(marks: np.ndarray, seen: np.ndarray, middle: np.ndarray) -> tuple[float, float, float]:
-    """Shift u, v [pixel] after a turn about the middle (2,) that take marks (j, 2) to seen (j, 2), by least squares.
-
-    And the turn's angle, to first order [rad]; 0 with a single mark.
-    """
-    a, b = marks - middle, seen - middle
-    ca, cb = a - a.mean(axis=0), b - b.mean(axis=0)
-    square = (ca**2).sum()
-    angle = float((ca[:, 0] * cb[:, 1] - ca[:, 1] * cb[:, 0]).sum() / square) if square > 0.0 else 0.0
-    (mu, mv), (su, sv) = a.mean(axis=0), b.mean(axis=0)
-    return float(su - mu + angle * mv), float(sv - mv - angle * mu), angle
+def turn_between(before: np.ndarray, after: np.ndarray) -> calibration.Turned:
+    """The rotation that takes directions before (j, 3) to after (j, 3), by least squares; the least for one."""
+    turn = np.zeros(3)
+    for _ in range(ROUNDS):
+        there = before @ calibration.rotation(calibration.Turned(*turn)).T
+        a = there / np.linalg.norm(there, axis=1)[:, None]
+        b = after / np.linalg.norm(after, axis=1)[:, None]
+        # b - a = turn x a.
+        cross = np.array([[[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]] for x, y, z in a])
+        turn = turn + np.linalg.lstsq(cross.reshape(-1, 3), (b - a).ravel(), rcond=1e-6)[0]
+    return calibration.Turned(*map(float, turn))

@@ -4,7 +4,7 @@ A pinhole camera sees a plane through a homography (Hartley, Zisserman 2004, sec
 affinity, as Trigo et al. 2014 take it, holds where the depth does not change across the view.
 """
 
-from math import sqrt
+from math import cos, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -22,27 +22,46 @@ class Lens(NamedTuple):
     k: float
 
 
-class Moved(NamedTuple):
-    """How the image lies against the calibration's: turned by angle [rad] about the principal point, then by u, v."""
+class Turned(NamedTuple):
+    """How a camera was turned since its calibration: rotation vector in its axes right, down, ahead [rad]."""
 
-    u: float
-    v: float
-    angle: float
-
-
-STILL = Moved(0.0, 0.0, 0.0)
+    x: float
+    y: float
+    z: float
 
 
-def undistorted(lens: Lens, moved: Moved, pixels: np.ndarray) -> np.ndarray:
-    """Pixels (k, 2) as an ideal camera at its place of calibration would see them."""
-    x = (pixels[:, 0] - moved.u - lens.cu) / lens.f
-    y = (pixels[:, 1] - moved.v - lens.cv) / lens.f
-    seen = np.column_stack([x + moved.angle * y, y - moved.angle * x])
+STILL = Turned(0.0, 0.0, 0.0)
+
+
+def rotation(turned: Turned) -> np.ndarray:
+    """(3, 3) that takes directions as the turned camera was at calibration to those as it is (Rodrigues)."""
+    angle = sqrt(turned.x**2 + turned.y**2 + turned.z**2)
+    cross = np.array([[0.0, -turned.z, turned.y], [turned.z, 0.0, -turned.x], [-turned.y, turned.x, 0.0]])
+    if angle == 0.0:
+        return np.eye(3)
+    return np.eye(3) + sin(angle) / angle * cross + (1.0 - cos(angle)) / angle**2 * cross @ cross
+
+
+def rays(lens: Lens, pixels: np.ndarray) -> np.ndarray:
+    """(k, 3) directions that pixels (k, 2) see, right, down and ahead of the camera; ahead is 1."""
+    seen = (pixels - (lens.cu, lens.cv)) / lens.f
     square = lens.k * (seen**2).sum(axis=1)
     g = np.ones(len(seen))  # r = g r_d, where g (1 + k r_d^2 g^2) = 1
     for _ in range(NEWTON_STEPS):
         g -= (g * (1.0 + square * g * g) - 1.0) / (1.0 + 3.0 * square * g * g)
-    return np.array([lens.cu, lens.cv]) + lens.f * g[:, None] * seen
+    return np.column_stack([g[:, None] * seen, np.ones(len(seen))])
+
+
+def seen_at(lens: Lens, directions: np.ndarray) -> np.ndarray:
+    """Pixels (k, 2) that see directions (k, 3): the inverse of rays()."""
+    x = directions[:, :2] / directions[:, 2:]
+    return np.array([lens.cu, lens.cv]) + lens.f * (1.0 + lens.k * (x**2).sum(axis=1))[:, None] * x
+
+
+def undistorted(lens: Lens, turned: Turned, pixels: np.ndarray) -> np.ndarray:
+    """Pixels (k, 2) as a camera without distortion, in its direction of calibration, would see them."""
+    there = rays(lens, pixels) @ rotation(turned)
+    return np.array([lens.cu, lens.cv]) + lens.f * there[:, :2] / there[:, 2:]
 
 
 def mapped(h: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -51,16 +70,16 @@ def mapped(h: np.ndarray, points: np.ndarray) -> np.ndarray:
     return there[:, :2] / there[:, 2:]
 
 
-def to_plane(lens: Lens, moved: Moved, h: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+def to_plane(lens: Lens, turned: Turned, h: np.ndarray, pixels: np.ndarray) -> np.ndarray:
     """North and down (k, 2) [m] of what pixels (k, 2) show in the plane."""
-    return mapped(h, undistorted(lens, moved, pixels))
+    return mapped(h, undistorted(lens, turned, pixels))
 
 
-def plane_derivatives(lens: Lens, moved: Moved, h: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+def plane_derivatives(lens: Lens, turned: Turned, h: np.ndarray, pixels: np.ndarray) -> np.ndarray:
     """(k, 2, 2) derivatives of north and down (rows) by column and row of the image [m/pixel]."""
     columns = []
     for step in np.array([[STEP, 0.0], [0.0, STEP]]):
-        ahead, back = (to_plane(lens, moved, h, pixels + s * step) for s in (1.0, -1.0))
+        ahead, back = (to_plane(lens, turned, h, pixels + s * step) for s in (1.0, -1.0))
         columns.append(0.5 / STEP * (ahead - back))
     return np.stack(columns, axis=2)
 

@@ -1,4 +1,4 @@
-"""The markers of one image by method `best`: spots, fitted discs, the camera's shift, identities, covariances."""
+"""The markers of one image by method `best`: spots, fitted discs, the camera's turn, identities, covariances."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 
 from components.vision.markers import bump, calibration, disc, identity, spots, tracks
 
-SHIFT, TRACKS = slice(0, 3), 3  # in x: the camera's shift as Moved, then a record for each marker
+TURN, TRACKS = slice(0, 3), 3  # in x: the camera's turn since calibration, then a record for each marker
 RELATIVE_LEAST = 0.35  # of the median contrast that as many spots as there are markers and marks have
 # A fit is no marker's where the radius is off by more, the residuals reach more of the contrast, or the disc's contrast
 # is not as many times the line's.
 CHAIN_ERROR = 0.5  # of a spot for the lengths of links [pixel]
-SIZE_OFF, MISFIT, ABOVE_LINE = 0.3, 0.08, 1.3
+SIZE_OFF, MISFIT, ABOVE_LINE = 0.3, 0.1, 1.3
 
 
 class Task(NamedTuple):
@@ -72,13 +72,13 @@ def state_size(markers: int) -> int:
 
 def begin(x: np.ndarray) -> None:
     """Nothing was seen yet."""
-    x[SHIFT] = 0.0
+    x[TURN] = 0.0
     tracks.forget(x[TRACKS:].reshape(-1, tracks.TRACK))
 
 
-def scales_at(task: Task, moved: calibration.Moved, pixels: np.ndarray) -> np.ndarray:
+def scales_at(task: Task, turned: calibration.Turned, pixels: np.ndarray) -> np.ndarray:
     """(k,) metres of the motion plane that a pixel shows at pixels (k, 2)."""
-    derivatives = calibration.plane_derivatives(task.lens, moved, task.homography, pixels)
+    derivatives = calibration.plane_derivatives(task.lens, turned, task.homography, pixels)
     return np.sqrt(np.abs(np.linalg.det(derivatives)))
 
 
@@ -110,13 +110,19 @@ def is_marker(task: Task, fit: disc.Fit, radius: float) -> bool:
     )
 
 
-def moved_camera(task: Task, image: np.ndarray, found: np.ndarray, last: np.ndarray) -> calibration.Moved:
-    """The camera's shift by the marks fixed in the tank; the last one where they do not tell."""
-    before = calibration.Moved(*map(float, last))
+def shift_of(task: Task, turned: calibration.Turned) -> np.ndarray:
+    """(2,) how far the middle of the image turned [pixel]."""
+    ahead = calibration.rotation(turned)[:, 2]
+    return calibration.seen_at(task.lens, ahead[None])[0] - (task.lens.cu, task.lens.cv)
+
+
+def turned_camera(task: Task, image: np.ndarray, found: np.ndarray, last: np.ndarray) -> calibration.Turned:
+    """The camera's turn by the marks fixed in the tank; the last one where they do not tell."""
+    before = calibration.Turned(*map(float, last))
     if not len(task.marks):
         return before
-    shift, alike = bump.find_shift(found[:, :2], task.marks, last[:2], task.bump_limit)
-    if 2 * alike <= len(task.marks) and np.hypot(*(shift - last[:2])) > bump.AGREE:
+    shift, alike = bump.find_shift(found[:, :2], task.marks, shift_of(task, before), task.bump_limit)
+    if 2 * alike <= len(task.marks) and np.hypot(*(shift - shift_of(task, before))) > bump.AGREE:
         return before
     there, seen, used = task.marks + shift, np.zeros_like(task.marks), np.zeros(len(task.marks), bool)
     shape, scratch = disc.Shape(task.mark_radius, 0.5 * task.mark_radius, task.blur), np.empty(disc.ROOM)
@@ -127,15 +133,15 @@ def moved_camera(task: Task, image: np.ndarray, found: np.ndarray, last: np.ndar
     used &= np.linalg.norm(seen - there, axis=1) < bump.AGREE
     if not used.any():
         return before
-    middle = np.array([task.lens.cu, task.lens.cv])
-    return calibration.Moved(*bump.rigid_shift(task.marks[used], seen[used], middle))
+    before, after = (calibration.rays(task.lens, pixels[used]) for pixels in (task.marks, seen))
+    return bump.turn_between(before, after)
 
 
-def fitted(task: Task, image: np.ndarray, found: np.ndarray, moved: calibration.Moved) -> list[disc.Fit]:
+def fitted(task: Task, image: np.ndarray, found: np.ndarray, turned: calibration.Turned) -> list[disc.Fit]:
     """Fits of all spots that are markers seen whole and not marks of the tank."""
     fits, scratch = [], np.empty(disc.ROOM)
-    there = task.marks + np.array([moved.u, moved.v])
-    for (u, v), scale in zip(found[:, :2], scales_at(task, moved, found[:, :2]), strict=True):
+    there = calibration.seen_at(task.lens, calibration.rays(task.lens, task.marks) @ calibration.rotation(turned).T)
+    for (u, v), scale in zip(found[:, :2], scales_at(task, turned, found[:, :2]), strict=True):
         if len(there) and np.linalg.norm(there - (u, v), axis=1).min() < task.mark_radius:
             continue
         radius = task.marker_radius / scale
@@ -161,22 +167,22 @@ def identify(task: Task, plane: np.ndarray, error: float, expected: np.ndarray, 
 def find(task: Task, image: np.ndarray, x: np.ndarray, h: float) -> Found:
     """The markers of an image (H, W) uint8, h [s] after the last one (0: the first); x goes on to this image."""
     found = spots_of(task, image)
-    moved = moved_camera(task, image, found, x[SHIFT])
-    x[SHIFT] = moved
-    fits = fitted(task, image, found, moved)
+    turned = turned_camera(task, image, found, x[TURN])
+    x[TURN] = turned
+    fits = fitted(task, image, found, turned)
     centres = np.array([(fit.u, fit.v) for fit in fits]).reshape(-1, 2)
-    plane = calibration.to_plane(task.lens, moved, task.homography, centres)
+    plane = calibration.to_plane(task.lens, turned, task.homography, centres)
     track = x[TRACKS:].reshape(-1, tracks.TRACK)
     expected = tracks.expect(track, h, task.agility, task.wander, task.first, task.tolerance)
     taken = identify(task, plane, CHAIN_ERROR * middle_scale(task, image), *expected)
     result = nothing(task.markers)
-    result.shift[:] = moved.u, moved.v
+    result.shift[:] = shift_of(task, turned)
     seen = taken >= 0
     at = taken[seen]
     result.pixel[seen], result.plane[seen], result.valid[seen] = centres[at], plane[at], True
     own = np.array([((fit.uu, fit.uv), (fit.uv, fit.vv)) for fit in fits]).reshape(-1, 2, 2)
     own += task.model_error**2 * np.eye(2)
-    metric = calibration.plane_derivatives(task.lens, moved, task.homography, centres[at])
+    metric = calibration.plane_derivatives(task.lens, turned, task.homography, centres[at])
     result.pixel_covariance[seen] = own[at]
     result.covariance[seen] = metric @ own[at] @ metric.transpose(0, 2, 1)
     tracks.go_on(track, result.plane, seen, h)

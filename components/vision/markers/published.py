@@ -20,9 +20,9 @@ GRADIENT_THRESHOLD = 60
 DISC_5 = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (11, 11))
 CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))  # a circle of radius 1
 LOG_TABLE = np.round(255.0 * np.log1p(np.arange(256)) / np.log(256.0)).astype(np.uint8)
-# Golay's L: 1 object, -1 background, 0 either; turned by 45 degrees each.
+# Golay's L, upright and aslant: 1 object, -1 background, 0 either, around a pixel clockwise from the upper left.
 _RING = [(0, 0), (0, 1), (0, 2), (1, 2), (2, 2), (2, 1), (2, 0), (1, 0)]
-_L = [-1, -1, -1, 0, 1, 1, 1, 0]
+_UPRIGHT, _ASLANT = [-1, -1, -1, 0, 1, 1, 1, 0], [0, -1, -1, -1, 0, 1, 0, 1]
 MOST_PASSES = 64
 
 
@@ -34,7 +34,7 @@ def _turned(ring: list[int], by: int) -> np.ndarray:
     return element
 
 
-GOLAY_L = [_turned(_L, k) for k in range(8)]
+GOLAY_L = [_turned(ring, by) for by in (0, 2, 4, 6) for ring in (_UPRIGHT, _ASLANT)]
 
 
 def without_background(image: np.ndarray, reference: np.ndarray) -> np.ndarray:
