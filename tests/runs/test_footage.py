@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pipeline.errors import StepError
+from pipeline.errors import StepError, WiringError
 from pipeline.log.reader import open_log
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario_text
@@ -87,3 +87,20 @@ def test_faults_are_told_in_one_line(folder, tmp_path, capfd, film, more, said):
         shown(folder, tmp_path, film, **more)
     assert "\n" not in str(raised.value)
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_film_of_another_size_than_the_vision_expects_is_refused(folder):
+    vision = """
+  vision:
+    model: vision.markers
+    parameters:
+      {width: 128, height: 48, markers: 3, spacing: 0.2 m, marker_diameter: 20 mm, diameter: 10 mm,
+       first_position: [0 m, 1 m], reference_position: [[0 m, 1 m], [1 m, 1 m], [0 m, 0 m]],
+       reference_pixel: [[1 pixel, 40 pixel], [60 pixel, 40 pixel], [1 pixel, 1 pixel]]}
+    inputs: {image: film.image}
+"""
+    text = TEXT.format(duration=100, film="images", width=WIDTH, more="start: 0 s") + vision
+    with pytest.raises(WiringError, match="64 x 48") as raised:
+        build_graph(load_scenario_text(text, "film.yaml", folder))
+    assert "128 x 48" in str(raised.value)
+    assert "\n" not in str(raised.value)
