@@ -42,12 +42,6 @@ def vertical_scale(s_x: float, s_theta: float, theta: float) -> float:
     return sqrt((s_theta * s_x * sin(theta)) ** 2 / below) if below > 0.0 else float("nan")
 
 
-def vertical_scale_by_image(s_x: float, s_theta: float, theta: float) -> float:
-    """The vertical scale by the angle theta [rad] that the aligned image shows; nan where there is none."""
-    square = (s_theta**2 - (s_x * cos(theta)) ** 2) / sin(theta) ** 2
-    return sqrt(square) if square > 0.0 else float("nan")
-
-
 def calibrate(pixels: np.ndarray, spacing: float) -> Affinity:
     """The affinity of an image whose markers (k, 2), in their order from the floor up, are one spacing [m] apart.
 
