@@ -191,7 +191,10 @@ def _value(kind: type[Parameters], name: str, given: Given, path: str, problems:
     if inner is not None and isinstance(tree, Table):
         return _mapping(inner, tree, given, path, problems)
     if unit is None or (isinstance(tree, Scalar) and tree.value is None):
-        return plain(tree)
+        value = plain(tree)
+        if kind.model_fields[name].annotation is Path and isinstance(value, str):
+            return str((given.folder / value).resolve())
+        return value
     return numbers(tree, unit, path, problems, unit if given.is_si else given.unit)
 
 

@@ -6,7 +6,7 @@ from components.bursts import probability_lost
 from components.compiled import kernel
 from components.contract import HEADER, SEED_HIGH, SEED_LOW, Component
 from components.markers.tracker import model
-from components.markers.tracker.placement import cell, weights
+from components.placement import cell, weights
 from components.random import normal, uniform
 
 LENGTH, SEGMENTS, MARKERS, SPACING, OFFSET, NOISE, VISIBLE_TIME, LOST_TIME = range(HEADER, HEADER + 8)

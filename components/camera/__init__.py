@@ -1,0 +1,1 @@
+"""Cameras: images of a scene, or from a film."""

@@ -1,0 +1,1 @@
+"""A rendered image of a marked line in a tank."""

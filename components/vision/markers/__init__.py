@@ -1,0 +1,1 @@
+"""Markers of a line found in images."""
