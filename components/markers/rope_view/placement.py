@@ -3,7 +3,7 @@
 from math import cos, sin
 
 from components.compiled import kernel
-from components.markers.tracker.placement import cell, weights
+from components.placement import cell, weights
 
 
 @kernel
