@@ -47,7 +47,7 @@ def _judged(match: Match, verdict: LineVerdict) -> str:
     said = [f"out of tolerance for {d.failing:.4g} of {d.record:.5g} s"]
     for error, scale, unit, name, limit in (
         (match.e_tension, 100.0, "%", "end tensions", verdict.tension_tolerance),
-        (match.e_shape, 1e3, "mm", "shape", verdict.shape_tolerance),
+        (match.e_shape, *length_unit(verdict.shape_tolerance), "shape", verdict.shape_tolerance),
     ):
         known = scale * error[np.isfinite(error)]
         if len(known):
@@ -56,6 +56,11 @@ def _judged(match: Match, verdict: LineVerdict) -> str:
                 f"(tolerance {scale * limit:.3g})"
             )
     return f"{match.verdict}: {'; '.join(said)}."
+
+
+def length_unit(tolerance: float) -> tuple[float, str]:
+    """Factor from metres, and name, of the unit for errors about a tolerance [m]."""
+    return (1.0, "m") if tolerance >= 1.0 else (1e3, "mm")
 
 
 def cause(name: str, verdict: LineVerdict, of_fit: bool = False) -> str:

@@ -55,10 +55,10 @@ class Recording:
             return ends_of_log(log, self.origin, self.frames)
 
 
-def recordings(path: Path, reading: Reading = EVERYTHING) -> list[Recording]:
-    """All cables of the file, or the one asked for.
+def recordings(path: Path, reading: Reading = EVERYTHING, needed: bool = True) -> list[Recording]:
+    """All cables of the file, or the one asked for; needed: whether a log must have one.
 
-    Raises LogError if the file cannot be read or has no markers.
+    Raises LogError if the file cannot be read, or has no markers and needs them.
     """
     kind = _kind(path)
     if kind == LOG:
@@ -67,9 +67,14 @@ def recordings(path: Path, reading: Reading = EVERYTHING) -> list[Recording]:
     else:
         parts = from_csv(path, reading) if kind == CSV else from_mcap(path, reading)
         found = [Recording(path, name, in_line_order(frames), Origin()) for name, frames in parts.items()]
-    if not found:
+    if not found and (needed or kind != LOG):
         raise LogError(f"{path} has no markers: no channel with positions of shape (m, 3) in its messages")
     return found
+
+
+def is_log(path: Path) -> bool:
+    """Whether the file is a log of Towline."""
+    return _kind(path) == LOG
 
 
 def _kind(path: Path) -> str:

@@ -25,7 +25,7 @@ class Entry(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Entries:
-    """name: of the scenario; components by name; changed: parameters that events set, as `tether.cut`.
+    """name, description: of the scenario; components by name; changed: parameters that events set, as `tether.cut`.
 
     bonds: by a line's end, as `tether.end_a`, the body's bundle that moves it, as `ship.hook_a`.
     """
@@ -34,6 +34,7 @@ class Entries:
     components: dict[str, Entry]
     changed: frozenset[str] = frozenset()
     bonds: dict[str, str] = field(default_factory=dict)
+    description: str = ""
 
     def given(self, component: str, parameter: str) -> Any:
         """A parameter as it stands there; None where it is not given."""
@@ -89,6 +90,7 @@ def entries(log: Log) -> Entries | None:
         events = document.get("events") or []
         changed = frozenset(name for event in events for name in event.get("set", {}))
         bonds = {bond["line"]: bond["body"] for bond in (document.get("bonds") or {}).values()}
-        return Entries(str(document["name"]), dict(document["components"]), changed, bonds)
+        about = str(document.get("description") or "")
+        return Entries(str(document["name"]), dict(document["components"]), changed, bonds, about)
     except (LogError, yaml.YAMLError, KeyError, TypeError, AttributeError):
         return None

@@ -48,14 +48,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def cables(arguments: argparse.Namespace) -> list[Cable]:
-    """The cables that the arguments ask for, judged. Raises TowlineError if there are none."""
+def cables(arguments: argparse.Namespace, needed: bool = True) -> list[Cable]:
+    """The cables that the arguments ask for, judged. Raises TowlineError if there are none and they are needed."""
     tolerance = _tolerance(arguments.tolerance)
     tension = _share(arguments.tension_tolerance)
     length = None if arguments.length is None else _positive("length", arguments.length)
     noise_m = None if arguments.noise is None else _positive("noise", arguments.noise)
     reading = Reading(arguments.channel, arguments.field, arguments.up, arguments.time_unit)
-    found = recordings(arguments.log, reading)
+    found = recordings(arguments.log, reading, needed)
     if any(recording.is_log for recording in found):
         with open_log(arguments.log) as log:
             if log.warning:
