@@ -6,6 +6,9 @@ import argparse
 import time
 from pathlib import Path
 
+from pipeline.analysis.page.charts import Window
+from pipeline.analysis.recording import is_log
+from pipeline.analysis.report import report, write
 from pipeline.commands import validity
 from pipeline.commands.output import console, print_json
 from pipeline.errors import TowlineError
@@ -32,10 +35,6 @@ def _page_path(arguments: argparse.Namespace) -> Path:
 
 def command(arguments: argparse.Namespace) -> int:
     """Judge, draw and write."""
-    from pipeline.analysis.page.charts import Window
-    from pipeline.analysis.recording import is_log
-    from pipeline.analysis.report import report, write
-
     start = time.perf_counter()
     window = None if arguments.window is None else Window(*validity.seconds(arguments.window))
     out = _page_path(arguments)

@@ -1,6 +1,6 @@
 // A figure over time: curves or bars, the cursor of the player's time, values under the pointer.
 
-const MARGIN = { left: 62, right: 12, top: 8, bottom: 38 };
+const MARGIN = { left: 70, right: 12, top: 8, bottom: 38 };
 const FONT = "12px system-ui, sans-serif";
 
 class Chart {

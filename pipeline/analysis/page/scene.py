@@ -37,19 +37,17 @@ def of_log(signals: Signals) -> Scene | None:
         "frames": count,
         "lines": drawn,
         "bodies": [*rigid, *points],
-        "markers": tracked,
+        "markers": [one for one in tracked if one],
         "paths": _paths(signals),
     }
 
 
 def of_markers(frames: MarkerFrames) -> Scene | None:
-    """Of a table of markers: those that are seen; a lost one stands where it was seen last."""
-    if not len(frames.t_ns):
+    """Of a table of markers; None where none is ever seen."""
+    if not frames.valid.any():
         return None
     every = max(1, len(frames.t_ns) // FRAMES)
-    place, seen = frames.position, frames.valid
-    last = np.maximum.accumulate(np.where(seen, np.arange(len(place))[:, None], 0), axis=0)
-    held = place[last, np.arange(place.shape[1])][::every]
+    held = _held(frames.position, frames.valid)[::every]
     t = frames.t_ns[::every] / 1e9
     line = _line("markers", held.reshape(len(held), -1))
     times = [float(t[0]), float(t[-1])]
@@ -124,13 +122,21 @@ def _line(name: str, places: np.ndarray) -> dict[str, Any]:
     return {"name": name, **_quantised(places)}
 
 
-def _markers(name: str, signals: Signals, t: np.ndarray) -> dict[str, Any]:
-    """Markers as they were seen; one that was not is held where it was last."""
+def _markers(name: str, signals: Signals, t: np.ndarray) -> dict[str, Any] | None:
+    """Markers as they were seen; None where none was."""
+    seen = signals.port(name, "valid") > 0.5
+    if not seen.any():
+        return None
     index = np.clip(np.searchsorted(signals.t(name), t, "right") - 1, 0, None)
-    place, seen = signals.port(name, "position"), signals.port(name, "valid") > 0.5
-    last = np.maximum.accumulate(np.where(seen, np.arange(len(place))[:, None], 0), axis=0)
-    held = place[last, np.arange(place.shape[1])][index]
+    held = _held(signals.port(name, "position"), seen)[index]
     return {"name": name, **_quantised(held.reshape(len(held), -1))}
+
+
+def _held(place: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Places (k, m, 3) of the markers that are ever seen (k, m): a lost one stands where it was last, or will be."""
+    place, seen = place[:, seen.any(axis=0)], seen[:, seen.any(axis=0)]
+    last = np.maximum.accumulate(np.where(seen, np.arange(len(place))[:, None], -1), axis=0)
+    return place[np.where(last < 0, seen.argmax(axis=0), last), np.arange(place.shape[1])]
 
 
 def _body(name: str, place: np.ndarray, attitude: np.ndarray | None, size: list[float] | None) -> dict[str, Any]:
