@@ -35,17 +35,23 @@ def durations(fits: Fits, tolerance: float) -> Durations:
     """Seconds in which the catenary fails the tolerance [m], holds, and is not known: no reliable fit, or no frame.
 
     Nor is it known where e_C exceeds the tolerance by no more than noise may explain: it holds only within it.
+    """
+    within = reliable(fits) & (fits.e_catenary <= tolerance)
+    return shares(fits.t_ns, fails(fits, tolerance), within)
+
+
+def shares(t_ns: np.ndarray, failing: np.ndarray, within: np.ndarray) -> Durations:
+    """The same of any frames: t_ns (k,), failing, within (k,) bool.
 
     A frame stands for the time that is nearer to it than to another. Where the record has a gap, longer than BRIDGED
     frames usually take, the frames beside it stand for half a usual interval of it, and the rest is not known.
     """
-    t = fits.t_ns / 1e9
+    t = t_ns / 1e9
     if len(t) < 2:
         return Durations(0.0, 0.0, 0.0)
     intervals = np.diff(t)
     usual = np.median(intervals)
     covered = np.where(intervals > BRIDGED * usual, usual, intervals)
     share = 0.5 * (np.append(covered, 0.0) + np.insert(covered, 0, 0.0))
-    within = reliable(fits) & (fits.e_catenary <= tolerance)
-    failing, holding = float(share[fails(fits, tolerance)].sum()), float(share[within].sum())
-    return Durations(failing, holding, max(0.0, float(t[-1] - t[0]) - failing - holding))
+    seconds, held = float(share[failing].sum()), float(share[within].sum())
+    return Durations(seconds, held, max(0.0, float(t[-1] - t[0]) - seconds - held))

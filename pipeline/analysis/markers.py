@@ -83,10 +83,15 @@ def _checked_arc(arc: np.ndarray | None, markers: int, source: str) -> np.ndarra
     return arc
 
 
-def from_log(log: Log, channel: str, arc: np.ndarray | None = None) -> MarkerFrames:
+def from_log(
+    log: Log,
+    channel: str,
+    arc: np.ndarray | None = None,
+    read: tuple[np.ndarray, np.ndarray] | None = None,
+) -> MarkerFrames:
     """A channel's markers: its ports `position` (m, 3) and `valid` (m,), or a line's `nodes` (n, 3), all visible.
 
-    Raises LogError if the channel has neither.
+    read: times and values of the channel, if they are read already. Raises LogError if the channel has neither.
     """
     info = log.channel(channel)
     shapes = {port.name: port.shape for port in info.ports}
@@ -97,7 +102,7 @@ def from_log(log: Log, channel: str, arc: np.ndarray | None = None) -> MarkerFra
             f"{log.path}: channel {channel} has no markers: it needs the ports position (m, 3) and valid (m,), "
             f"or a line's nodes (n, 3); it has {have}"
         )
-    t_ns, values = log.read([channel])[channel]
+    t_ns, values = log.read([channel])[channel] if read is None else read
     position = values[:, info.port(name)[1]].reshape(len(values), *shapes[name])
     valid = values[:, info.port("valid")[1]] > 0.5 if name == "position" else None
     return marker_frames(t_ns, position, valid, arc, f"{log.path}: {channel}")

@@ -11,10 +11,13 @@ from mcap.reader import make_reader
 from pipeline.analysis.ends import Ends, ends_of_log, ends_of_markers
 from pipeline.analysis.foreign import from_mcap
 from pipeline.analysis.line_order import in_line_order
+from pipeline.analysis.line_properties import Properties, properties
+from pipeline.analysis.line_record import LineRecord, has, line_record, stride
 from pipeline.analysis.marker_csv import from_csv
 from pipeline.analysis.markers import MarkerFrames, from_log, marker_channels
-from pipeline.analysis.origin import Origin, lines_without_markers, origin
+from pipeline.analysis.origin import Origin, lines, lines_without_markers, origin
 from pipeline.analysis.reading import Reading
+from pipeline.analysis.scenario_entries import entries
 from pipeline.errors import LogError
 from pipeline.log.conventions import PROFILE
 from pipeline.log.reader import Log, open_log
@@ -28,13 +31,17 @@ EVERYTHING = Reading()
 
 @dataclass(frozen=True)
 class Recording:
-    """The markers of one cable, and what the file says of them."""
+    """The markers of one cable, and what the file says of them.
+
+    line: what the log recorded of the line behind them, and what it is made of; None where it does not tell.
+    """
 
     path: Path
     name: str
     frames: MarkerFrames
     origin: Origin
     is_log: bool = False
+    line: tuple[LineRecord, Properties] | None = None
 
     def with_noise(self, noise: float | None) -> Recording:
         """The same with the markers' noise as given [m]; None: as it is."""
@@ -48,10 +55,10 @@ class Recording:
             return ends_of_log(log, self.origin, self.frames)
 
 
-def recordings(path: Path, reading: Reading = EVERYTHING) -> list[Recording]:
-    """All cables of the file, or the one asked for.
+def recordings(path: Path, reading: Reading = EVERYTHING, needed: bool = True) -> list[Recording]:
+    """All cables of the file, or the one asked for; needed: whether a log must have one.
 
-    Raises LogError if the file cannot be read or has no markers.
+    Raises LogError if the file cannot be read, or has no markers and needs them.
     """
     kind = _kind(path)
     if kind == LOG:
@@ -60,9 +67,14 @@ def recordings(path: Path, reading: Reading = EVERYTHING) -> list[Recording]:
     else:
         parts = from_csv(path, reading) if kind == CSV else from_mcap(path, reading)
         found = [Recording(path, name, in_line_order(frames), Origin()) for name, frames in parts.items()]
-    if not found:
+    if not found and (needed or kind != LOG):
         raise LogError(f"{path} has no markers: no channel with positions of shape (m, 3) in its messages")
     return found
+
+
+def is_log(path: Path) -> bool:
+    """Whether the file is a log of Towline."""
+    return _kind(path) == LOG
 
 
 def _kind(path: Path) -> str:
@@ -77,12 +89,25 @@ def _kind(path: Path) -> str:
 
 
 def _of_log(log: Log, path: Path, channel: str | None) -> list[Recording]:
-    """The channels of a log that have markers; lines beside them that have none are named in a note."""
+    """The channels of a log that have markers, and the lines that none track, by their nodes; all read in one pass."""
+    found = entries(log)
     names = [channel] if channel else marker_channels(log)
-    origins = {name: origin(log, name) for name in names}
-    parts = {name: from_log(log, name, origins[name].arc) for name in names}
-    bare = [] if channel else lines_without_markers(log, [where.line for where in origins.values()])
-    if bare and names:
-        note = f"no markers on {', '.join(bare)}: left out; --channel {bare[0]} judges the line by its nodes"
-        parts[names[0]] = replace(parts[names[0]], notes=(*parts[names[0]].notes, note))
-    return [Recording(path, name, parts[name], origins[name], is_log=True) for name in names]
+    if not channel:
+        names += [name for name in lines_without_markers(log, [origin(found, one).line for one in names])]
+    origins = {name: origin(found, name) for name in names}
+    made = {where.line: properties(found, where.line) for where in origins.values() if found and where.line}
+    made = {line: known for line, known in made.items() if known and line in lines(log)}
+    currents = {known.water.recorded[0] for known in made.values()} & set(log.channels)
+    read = log.read([name for name in log.channels if name in {*names, *made, *currents}])
+    records = {name: line_record(log, name, read, known.water.recorded) for name, known in made.items()}
+    recordings = []
+    for name, where in origins.items():
+        rows, notes = read[log.channel(name).name], ()
+        if not has(log.channels[name], "valid") and (every := stride(len(rows[0]))) > 1:
+            notes = (f"1 message in {every} of {len(rows[0])} is judged",)
+            rows = rows[0][::every], rows[1][::every]
+        frames = from_log(log, name, where.arc, rows)
+        frames = replace(frames, notes=(*frames.notes, *notes))
+        line = (records[where.line], made[where.line]) if where.line in made else None
+        recordings.append(Recording(path, name, frames, where, True, line))
+    return recordings

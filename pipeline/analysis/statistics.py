@@ -77,11 +77,12 @@ def statistics(fits: Fits, least_markers: int = LEAST_MARKERS) -> Statistics:
             f"fewer than {100 * LEAST_SHARE:g} %"
         )
     values = (np.degrees(fits.alpha), 1e3 * fits.e_plane, 1e3 * fits.e_catenary)
-    alpha, e_plane, e_catenary = (None if missing else _summary(of_all[use]) for of_all in values)
+    alpha, e_plane, e_catenary = (None if missing else summary(of_all[use]) for of_all in values)
     return Statistics(alpha, e_plane, e_catenary, len(use), of, used, missing)
 
 
-def _summary(values: np.ndarray) -> Summary:
+def summary(values: np.ndarray) -> Summary:
+    """Of values (k,), k > 0."""
     numbers = (values.mean(), values.min(), values.max(), np.median(values), values.std())
     return Summary(*(float(number) for number in numbers))
 
@@ -98,17 +99,19 @@ def failing_spans(fits: Fits, tolerance: float, least_markers: int = LEAST_MARKE
     Of a frame that is not reliable nothing is known: it neither begins nor ends a span. Where nothing is known for
     longer than BRIDGED frames usually take, be it so or because the record has a gap, a span ends.
     """
-    known = np.flatnonzero(reliable(fits, least_markers))
-    failing = known[fails(fits, tolerance, least_markers)[known]]
-    if not len(failing):
+    return spans(fits.t_ns, reliable(fits, least_markers), fails(fits, tolerance, least_markers), fits.e_catenary)
+
+
+def spans(t_ns: np.ndarray, known: np.ndarray, failing: np.ndarray, error: np.ndarray) -> list[Span]:
+    """The same of any frames: t_ns (k,), known, failing (k,) bool, and the error whose largest is told (k,)."""
+    place = np.flatnonzero(known)
+    found = place[failing[place]]
+    if not len(found):
         return []
-    holds = np.flatnonzero(np.diff(np.searchsorted(known, failing)) > 1)  # a frame between them is within tolerance
-    bridged_ns = BRIDGED * np.median(np.diff(fits.t_ns)) if len(fits.t_ns) > 1 else 0
-    gaps = np.flatnonzero(np.diff(fits.t_ns[failing]) > bridged_ns)
-    parts = np.split(failing, np.union1d(holds, gaps) + 1)
-    return [_span(fits, inside) for inside in parts]
-
-
-def _span(fits: Fits, inside: np.ndarray) -> Span:
-    worst = float(fits.e_catenary[inside].max())
-    return Span(int(fits.t_ns[inside[0]]), int(fits.t_ns[inside[-1]]), len(inside), worst)
+    holds = np.flatnonzero(np.diff(np.searchsorted(place, found)) > 1)  # a frame between them is within tolerance
+    bridged_ns = BRIDGED * np.median(np.diff(t_ns)) if len(t_ns) > 1 else 0
+    gaps = np.flatnonzero(np.diff(t_ns[found]) > bridged_ns)
+    return [
+        Span(int(t_ns[inside[0]]), int(t_ns[inside[-1]]), len(inside), float(error[inside].max()))
+        for inside in np.split(found, np.union1d(holds, gaps) + 1)
+    ]

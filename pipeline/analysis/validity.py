@@ -11,6 +11,7 @@ import numpy as np
 from pipeline.analysis.bias import Shifts, by_drop_out, by_noise, floors
 from pipeline.analysis.durations import Durations, durations
 from pipeline.analysis.indicators import Fits, fit_frames
+from pipeline.analysis.line_validity import LineVerdict, judge_line
 from pipeline.analysis.markers import MarkerFrames
 from pipeline.analysis.published import Published, published
 from pipeline.analysis.recording import Recording
@@ -58,6 +59,7 @@ class Cable:
     """What was found of one cable. length: of the line [m], from length_source. tolerance: of e_C [m].
 
     noise: None where the file does not tell the markers' noise. biases: by that noise, or by what the record shows.
+    line: of the catenary through the line's ends and of what loads it; None where only markers are known.
     """
 
     recording: Recording
@@ -73,6 +75,11 @@ class Cable:
     noise: Noise | None
     biases: Biases
     wall_s: float
+    line: LineVerdict | None = None
+
+    def cause(self, span: Span) -> tuple[str, dict[str, float]]:
+        """Why the catenary fails in a span, and how large each cause is beside the weight; "" where nothing tells."""
+        return ("", {}) if self.line is None else self.line.cause(span)
 
     def as_json(self) -> dict[str, Any]:
         """The keys of `towline validity --json` for this cable."""
@@ -85,10 +92,7 @@ class Cable:
             "length_source": self.length_source,
             "tolerance_mm": 1e3 * self.tolerance,
             **{f"seconds_{name}": seconds for name, seconds in asdict(self.durations).items()},
-            "fails": [
-                {"start_s": s.start_ns / 1e9, "end_s": s.end_ns / 1e9, "frames": s.frames, "worst_mm": 1e3 * s.worst}
-                for s in self.spans
-            ],
+            "fails": [self._failure(span) for span in self.spans],
             "markers_left_out": int(self.fits.left_out.sum()),
             "markers_swapped": int(self.fits.swapped.sum()),
             "frames_by_reason": self.fits.reasons(),
@@ -97,14 +101,37 @@ class Cable:
             "marker_noise_taken_mm": 1e3 * self.fits.marker_sigma,
             "bias": asdict(self.biases),
             "published": None if self.published is None else asdict(self.published),
+            "line": None if self.line is None else self.line.as_json(),
+        }
+
+    def _failure(self, span: Span) -> dict[str, Any]:
+        name, ratios = self.cause(span)
+        return {
+            "start_s": span.start_ns / 1e9,
+            "end_s": span.end_ns / 1e9,
+            "frames": span.frames,
+            "worst_mm": 1e3 * span.worst,
+            "cause": name,
+            "ratios": ratios,
         }
 
 
-def judge(recording: Recording, method: str, tolerance: Tolerance, length: float | None = None) -> Cable:
-    """Fit all frames of a recording and judge them; length: of the line [m], if it is known better than to the file.
+# Of the tension through the ends: assumed, for no source states one; the error of a good load pin and some reserve.
+TENSION_TOLERANCE = 0.1
 
-    wall_s is the time of the fits. Raises ValueError if there is no such method, TowlineError if the tolerance is a
-    share of a length that nothing tells.
+
+def judge(
+    recording: Recording,
+    method: str,
+    tolerance: Tolerance,
+    length: float | None = None,
+    tension: float = TENSION_TOLERANCE,
+) -> Cable:
+    """Fit all frames of a recording and judge them.
+
+    length: of the line [m], if it is known better than to the file. tension: tolerance of the end tensions of the
+    catenary through the ends, relative. wall_s is the time of the fits. Raises ValueError if there is no such method,
+    TowlineError if the tolerance is a share of a length that nothing tells.
     """
     start = time.perf_counter()
     fits = fit_frames(recording.frames, method, recording.origin.noise)
@@ -130,6 +157,7 @@ def judge(recording: Recording, method: str, tolerance: Tolerance, length: float
         noise=_noise(fits, recording.origin.noise),
         biases=_biases(recording.frames, fits),
         wall_s=wall_s,
+        line=None if recording.line is None else judge_line(*recording.line, limit, tension),
     )
 
 
@@ -153,6 +181,8 @@ def _biases(frames: MarkerFrames, fits: Fits) -> Biases:
 
 
 def _length(recording: Recording, fits: Fits) -> tuple[float, str]:
+    if recording.line is not None and (paid_out := recording.line[0].length) is not None and np.ptp(paid_out) > 0.0:
+        return float(np.median(paid_out)), f"of {recording.origin.line}, unstretched, median of what was paid out"
     if recording.origin.length is not None:
         return recording.origin.length, f"of {recording.origin.line}, unstretched"
     return _along_markers(recording.frames, fits), "along the markers, the line itself is longer"

@@ -1,4 +1,4 @@
-"""towline report: the validity of a recorded line as one HTML page with tables and figures."""
+"""towline report: a log, or a table of markers, as one HTML page with an animation, tables and figures."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import argparse
 import time
 from pathlib import Path
 
+from pipeline.analysis.page.charts import Window
+from pipeline.analysis.recording import is_log
+from pipeline.analysis.report import report, write
 from pipeline.commands import validity
 from pipeline.commands.output import console, print_json
 from pipeline.errors import TowlineError
@@ -16,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     validity.add_arguments(parser)
     parser.add_argument("--out", "-o", type=Path, metavar="F", help="the page (default: beside the log, .html)")
     parser.add_argument("--overwrite", action="store_true", help="replace the page if it exists")
-    parser.add_argument("--window", nargs=2, metavar=("T0", "T1"), help="close-up [s] (default: 15 s around the worst)")
+    parser.add_argument("--window", nargs=2, metavar=("T0", "T1"), help="what figures show at first [s] (default: all)")
 
 
 def _page_path(arguments: argparse.Namespace) -> Path:
@@ -32,16 +35,12 @@ def _page_path(arguments: argparse.Namespace) -> Path:
 
 def command(arguments: argparse.Namespace) -> int:
     """Judge, draw and write."""
-    from pipeline.analysis.figures import Window  # matplotlib takes half a second to import
-    from pipeline.analysis.page import page
-    from pipeline.analysis.report import sections, write
-
     start = time.perf_counter()
     window = None if arguments.window is None else Window(*validity.seconds(arguments.window))
     out = _page_path(arguments)
-    found = validity.cables(arguments)
+    found = validity.cables(arguments, needed=False)
     try:
-        write(out, page(f"Validity of the catenary: {arguments.log.name}", sections(found, window)))
+        write(out, report(arguments.log, is_log(arguments.log), found, window))
     except OSError as error:
         raise TowlineError(f"{out}: cannot write the report: {error.strerror or error}") from error
     wall_s = time.perf_counter() - start

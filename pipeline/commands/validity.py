@@ -11,12 +11,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from pipeline.analysis import line_tables
 from pipeline.analysis.indicators import METHODS
+from pipeline.analysis.line_validity import TITLES
 from pipeline.analysis.marker_time import UNITS_NS
 from pipeline.analysis.reading import Reading
 from pipeline.analysis.recording import recordings
 from pipeline.analysis.tables import INDICATORS, failures, noise, rows
-from pipeline.analysis.validity import Cable, Tolerance, judge
+from pipeline.analysis.validity import TENSION_TOLERANCE, Cable, Tolerance, judge
 from pipeline.analysis.vertical import UPS
 from pipeline.commands.output import console, print_json, saying_that_fits_compile, warn
 from pipeline.errors import TowlineError
@@ -35,6 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", choices=METHODS, default=METHODS[0], help=f"of the fits (default: {METHODS[0]})")
     text = "e_C at which the catenary fails: a share of the line's length, or a length (default: %(default)s)"
     parser.add_argument("--tolerance", default=TOLERANCE, metavar="X", help=text)
+    text = "error of the end tensions at which the catenary through a line's ends fails (default: %(default)s)"
+    parser.add_argument("--tension-tolerance", default=f"{100 * TENSION_TOLERANCE:g}%", metavar="X", help=text)
     parser.add_argument("--length", metavar="M", help="of the line [m] (default: the log's, or along the markers)")
     parser.add_argument("--noise", metavar="X", help="of a marker, along each axis (default: the log's, or found)")
     parser.add_argument("--up", choices=UPS, help="in a file that does not say (default: as the line hangs)")
@@ -44,19 +48,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def cables(arguments: argparse.Namespace) -> list[Cable]:
-    """The cables that the arguments ask for, judged. Raises TowlineError if there are none."""
+def cables(arguments: argparse.Namespace, needed: bool = True) -> list[Cable]:
+    """The cables that the arguments ask for, judged. Raises TowlineError if there are none and they are needed."""
     tolerance = _tolerance(arguments.tolerance)
+    tension = _share(arguments.tension_tolerance)
     length = None if arguments.length is None else _positive("length", arguments.length)
     noise_m = None if arguments.noise is None else _positive("noise", arguments.noise)
     reading = Reading(arguments.channel, arguments.field, arguments.up, arguments.time_unit)
-    found = recordings(arguments.log, reading)
+    found = recordings(arguments.log, reading, needed)
     if any(recording.is_log for recording in found):
         with open_log(arguments.log) as log:
             if log.warning:
                 warn(log.warning)
     with saying_that_fits_compile(arguments.method, arguments.json):
-        return [judge(recording.with_noise(noise_m), arguments.method, tolerance, length) for recording in found]
+        return [
+            judge(recording.with_noise(noise_m), arguments.method, tolerance, length, tension) for recording in found
+        ]
 
 
 def seconds(texts: list[str]) -> tuple[float, ...]:
@@ -84,6 +91,13 @@ def _tolerance(text: str) -> Tolerance:
             "expected such as '1%' or '10 mm'"
         )
     return Tolerance(value, share is not None)
+
+
+def _share(text: str) -> float:
+    share = _SHARE.fullmatch(text.strip())
+    if share is None or not 0.0 < float(share[1]) < 1e6:
+        raise TowlineError(f"--tension-tolerance: {shown(text)} is no share of a tension; expected such as '10%'")
+    return float(share[1]) / 100.0
 
 
 def _positive(name: str, text: str, unit: str = "m") -> float:
@@ -124,6 +138,8 @@ def print_cable(out: Console, cable: Cable) -> None:
     for text in _sentences(cable):
         out.print(text, soft_wrap=not out.is_terminal)  # a file's lines are left whole
     _print_spans(out, cable)
+    if cable.line is not None:
+        _print_line(out, cable)
 
 
 def _sentences(cable: Cable) -> Iterator[str]:
@@ -147,7 +163,28 @@ def _print_spans(out: Console, cable: Cable, most: int = 10) -> None:
     table = Table(title="" if len(chosen) == len(cable.spans) else f"the {most} worst of {len(cable.spans)} spans")
     for column in ("from [s]", "to [s]", "frames", "largest e_C [mm]"):
         table.add_column(column, justify="right")
+    if cable.line is not None:
+        table.add_column("cause")
     for span in chosen:
         times = (f"{t_ns / 1e9:.2f}" for t_ns in (span.start_ns, span.end_ns))
-        table.add_row(*times, str(span.frames), f"{1e3 * span.worst:.4g}")
+        why = [] if cable.line is None else [line_tables.cause(cable.cause(span)[0], cable.line, of_fit=True)]
+        table.add_row(*times, str(span.frames), f"{1e3 * span.worst:.4g}", *why)
     out.print(table)
+
+
+def _print_line(out: Console, cable: Cable, most: int = 10) -> None:
+    """The catenary through the line's ends, and what loads the line where it fails."""
+    assert cable.line is not None
+    for text in line_tables.sentences(cable.line):
+        out.print(text, soft_wrap=not out.is_terminal)
+    for name, match in cable.line.matches.items():
+        if not match.failures:
+            continue
+        chosen = line_tables.worst(match, most)
+        which = "" if len(chosen) == len(match.failures) else f", the {most} longest of {len(match.failures)} spans"
+        table = Table(title=f"{TITLES[name]}{which}")
+        for column in line_tables.COLUMNS:
+            table.add_column(column, justify="left" if column == "cause" else "right")
+        for failure in chosen:
+            table.add_row(*line_tables.row(failure, cable.line))
+        out.print(table)

@@ -9,19 +9,18 @@ import sys
 from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from pipeline.analysis.figures import thinned
+from pipeline.analysis.page.charts import thinned, when
 from pipeline.analysis.report import write
 from pipeline.cli import main
 
 ROOT = Path(__file__).parents[2]
 POOL = str(ROOT / "scenarios" / "pool_chain.yaml")
 INDICATORS = ("alpha_deg", "e_plane_mm", "e_catenary_mm")
-VOID = {"meta", "br"}
+VOID = {"meta", "br", "input"}
 SOFT_HYPHEN = "\xad"
 
 
@@ -76,20 +75,19 @@ def page(made) -> Page:
     return Page(made[1])
 
 
-def svgs(text: str) -> list[ElementTree.Element]:
-    """The figures, read as strict XML."""
-    found = re.findall(r"<svg.*?</svg>", text, re.DOTALL)
-    spaced = [one.replace("<svg ", '<svg xmlns:xlink="x" ', 1) for one in found]
-    return [ElementTree.fromstring(one) for one in spaced]
+def data(text: str) -> str:
+    """What the page's figures are drawn from, as it stands there."""
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    assert found
+    return found[1]
 
 
 def test_needs_nothing_but_itself(made, page):
-    """No link, image, font or script from elsewhere; the only addresses are namespace names, which nothing fetches."""
+    """No link, image, font or script from elsewhere, and no address at all."""
     fetching = [value for name, value in page.attributes if name in ("src", "href", "xlink:href", "srcset", "data")]
-    assert all(value.startswith("#") for value in fetching)
-    assert not re.search(r"url\((?!#)|@import|<script|<link", made[1])
-    elsewhere = [value for name, value in page.attributes if "://" in value and not name.startswith("xmlns")]
-    assert elsewhere == []
+    assert fetching == []
+    assert not re.search(r"url\(|@import|<link|<script [^>]*src|import\(|fetch\(|XMLHttpRequest|WebSocket", made[1])
+    assert "://" not in made[1].replace(data(made[1]), "")
 
 
 def test_identifiers_are_unique_and_references_meet_them(page):
@@ -102,7 +100,7 @@ def test_identifiers_are_unique_and_references_meet_them(page):
 
 def test_reads_on_a_phone(made):
     assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in made[1]
-    assert "figure svg { width: 100%; height: auto;" in made[1]
+    assert "@media (max-width: 48rem)" in made[1]
 
 
 def test_statistics_are_those_of_the_json(made, page):
@@ -121,20 +119,25 @@ def test_spans_are_those_of_the_json(made, page):
     assert 0 < len(rows) == len(spans) <= 20
     for row, span in zip(rows, spans, strict=True):
         assert [float(row[0]), float(row[1])] == pytest.approx([span["start_s"], span["end_s"]], abs=0.005)
-        assert row[2:] == [str(span["frames"]), f"{span['worst_mm']:.4g}"]
+        assert row[2:4] == [str(span["frames"]), f"{span['worst_mm']:.4g}"]
+        assert (row[4], span["cause"]) == ("drag by its own motion", "motion")
 
 
 def test_each_axis_has_a_title_with_a_unit(made):
-    """Two figures of the whole record and two of the close-up: 4 and 5 panels, each with a title for time and value."""
-    figures = svgs(made[1])
-    panels = [len([g for g in one.iter() if re.search(r"-axes_\d+$", g.get("id", ""))]) for one in figures]
-    assert panels == [4, 5, 4, 5]
-    for figure, count in zip(figures, panels, strict=True):
-        texts = ["".join(one.itertext()) for one in figure.iter() if one.tag.endswith("text")]
-        assert texts.count("time [s]") == count
-        units = [text for text in texts if re.search(r"\[(°|mm|1/m|1|m/s|m/s²|m)\]", text)]
-        assert len(units) == count
-    assert all(any(child.tag.endswith("title") for child in one) for one in figures)
+    """Figures 4 to 7 of Drupt et al. 2022 among them: indicators, markers, the moving end."""
+    charts = json.loads(data(made[1]))["charts"]
+    titles = [chart["y"] for chart in charts]
+    assert all(chart["x"] == "time [s]" for chart in charts)
+    assert all(re.search(r"\[(°|mm|1/m|1|m/s|m/s²|m|N|%)\]", title) for title in titles)
+    wanted = ("α [°]", "e_P [mm]", "e_C [mm]", "C [1/m]", "N [1]", "index [1]", "speed [m/s]", "acceleration [m/s²]")
+    assert all(any(title.endswith(one) for title in titles) for one in (*wanted, "ends apart d [m]", "tension [N]"))
+
+
+def test_spans_are_shaded_where_the_json_has_them(made):
+    charts = json.loads(data(made[1]))["charts"]
+    bands = next(chart["bands"] for chart in charts if chart["title"] == "Distance from the catenary")
+    spans = made[0]["cables"]["markers"]["fails"]
+    assert bands == [[round(span["start_s"], 4), round(span["end_s"], 4)] for span in spans]
 
 
 def test_validity_needs_neither_numba_nor_scipy_nor_pandas(made):
@@ -151,18 +154,17 @@ def test_validity_needs_neither_numba_nor_scipy_nor_pandas(made):
 def test_same_log_same_figures(made, tmp_path):
     log = Path(made[0]["report"]).with_name("chain.mcap")
     assert main(["report", str(log), "-o", str(tmp_path / "again.html"), "--json"]) == 0
-    again = (tmp_path / "again.html").read_text(encoding="utf-8")
-    assert re.findall(r"<svg.*?</svg>", again, re.DOTALL) == re.findall(r"<svg.*?</svg>", made[1], re.DOTALL)
+    assert data((tmp_path / "again.html").read_text(encoding="utf-8")) == data(made[1])
 
 
 def test_window_is_drawn(made, tmp_path, capsys):
     log = str(Path(made[0]["report"]).with_name("chain.mcap"))
     assert main(["report", log, "-o", str(tmp_path / "a.html"), "--window", "2 s", "4", "--json"]) == 0
-    assert "<h3>2 to 4 s</h3>" in (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert json.loads(data((tmp_path / "a.html").read_text(encoding="utf-8")))["window"] == [2.0, 4.0]
     assert main(["report", log, "-o", str(tmp_path / "b.html"), "--window", "4", "2", "--json"]) == 1
     capsys.readouterr()
     assert main(["report", log, "-o", str(tmp_path / "b.html"), "--window", "20", "40"]) == 1
-    assert "20 to 40 s is not within the record of markers, which goes from 0 to 30 s" in capsys.readouterr().err
+    assert "20 to 40 s is not within the record of chain.mcap, which goes from 0 to 30 s" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["a.html"]
     assert main(["report", log, "-o", str(tmp_path / "no" / "b.html"), "--json"]) == 1
     assert "cannot write the report: No such file" in capsys.readouterr().err
@@ -213,3 +215,36 @@ def test_thinning_keeps_extremes_and_order():
     assert (np.nanmax(y), np.nanmin(y)) == (50.0, -50.0)
     assert set(zip(x[np.isfinite(y)], y[np.isfinite(y)], strict=True)) <= set(zip(t, values, strict=True))
     assert np.isnan(y[(x > 10) & (x < 170)]).all()
+
+
+def test_times_when_it_is_so_close_gaps_that_no_screen_shows():
+    t = np.arange(0.0, 100.0, 0.01)
+    so = (t % 1.0 < 0.97) & (t < 50.0)
+    spans = when(t, so)
+    assert len(spans) == 1
+    assert spans[0] == pytest.approx((0.0, 49.97), abs=0.02)
+    assert when(t, t > 200.0) == []
+    assert when(t, t > -1.0) == [(0.0, t[-1])]
+    assert len(when(t, t % 10.0 < 5.0)) == 10
+
+
+def test_a_log_without_lines_has_a_page_too(run, tmp_path):
+    """Bodies and what moved; no catenary. A line's table of markers has no log's tabs."""
+    log = run(
+        "{ball: {model: vessel.mass, parameters: {mass: 2 kg, weight: [0 N, 0 N, 1 N], position: [0 m, 0 m, 3 m]}}}"
+    )
+    assert main(["report", str(log.path), "-o", str(tmp_path / "ball.html"), "--json"]) == 0
+    text = (tmp_path / "ball.html").read_text(encoding="utf-8")
+    assert [one["name"] for one in json.loads(data(text))["scene"]["bodies"]] == ["ball"]
+    assert 'id="tab-catenary"' not in text
+
+
+def test_a_table_of_markers_has_a_page(made, tmp_path):
+    log = Path(made[0]["report"]).with_name("chain.mcap")
+    assert main(["export", str(log), "--format", "csv", "-o", str(tmp_path), "--json"]) == 0
+    assert main(["report", str(tmp_path / "markers.csv"), "-o", str(tmp_path / "m.html"), "--json"]) == 0
+    text = (tmp_path / "m.html").read_text(encoding="utf-8")
+    found = json.loads(data(text))
+    assert re.findall(r'id="tab-(\w+)"', text) == ["overview", "catenary"]
+    assert found["scene"]["lines"][0]["n"] == 12
+    assert found["t"] == [0.0, 30.0]

@@ -276,3 +276,24 @@ def test_people_see_the_published_figures_beside(capsys, log):
     shown = capsys.readouterr().err
     for text in ("pool_chain", "published", "e_C [mm]", "12.6", "27.7", "Table II of Drupt", "e_C exceeds 35 mm in"):
         assert text in shown
+
+
+def test_the_line_behind_the_markers_is_judged(capsys, log):
+    """At rest the chain is its own catenary (README: 20 segments 2.1 mm, 50 fewer); moved by hand it is not, and of all
+    that loads it the water's resistance to its motion is the largest beside its weight: so the paper has it (V)."""
+    cable = judged(capsys, log)
+    line = cable["line"]
+    assert line["weight_N_per_m"] == pytest.approx((0.1054 - 1000 * 1.3427e-5) * 9.80665, rel=1e-12)
+    weight = line["through_ends"]["weight"]
+    assert weight["verdict"] == "holds in part"
+    assert weight["fails"][0]["start_s"] > 1.0
+    seconds = sum(weight[f"seconds_{name}"] for name in ("failing", "holding", "unknown"))
+    assert seconds == pytest.approx(30.0, abs=1e-9)
+    assert {span["cause"] for span in cable["fails"]} == {"motion"}
+    longest = max(weight["fails"], key=lambda span: span["end_s"] - span["start_s"])
+    assert longest["cause"] == "motion"
+    assert longest["ratios"]["motion"] > longest["ratios"]["acceleration"]
+    assert longest["ratios"]["current"] == 0.0
+    strict = judged(capsys, log, "--tension-tolerance", "2%")["line"]["through_ends"]["weight"]
+    assert strict["seconds_failing"] > weight["seconds_failing"]
+    assert "--tension-tolerance: '3 N' is no share" in refused(capsys, log, "--tension-tolerance", "3 N")

@@ -1,0 +1,66 @@
+"""The recorded channels that a report draws, read from the log in one pass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pipeline.analysis.scenario_entries import Entries, entries
+from pipeline.log.reader import ChannelInfo, Log
+
+# Bundles that take room and are drawn nowhere: the laws of power bonds, the components of a sea.
+UNDRAWN = ("law", "accepted", "accelerance", "waves")
+LARGEST = 600  # floats of a port that is drawn
+
+
+class Signals:
+    """Ports by channel and name; times in seconds."""
+
+    def __init__(self, log: Log):
+        """Reads them. Raises LogError if the log is damaged."""
+        self.channels = log.channels
+        self.entries = entries(log) or Entries("", {})
+        self.start, self.end = log.start_ns / 1e9, log.end_ns / 1e9
+        self.events = [(t_ns / 1e9, text) for t_ns, text in log.events()]
+        self._ports = {name: list(_drawn(info)) for name, info in log.channels.items()}
+        counts = {name: info.count for name, info in log.channels.items() if self._ports[name]}
+        self._t = {name: np.empty(count) for name, count in counts.items()}
+        self._values = {
+            name: {port: np.empty((counts[name], part.stop - part.start)) for port, part in self._ports[name]}
+            for name in counts
+        }
+        done = dict.fromkeys(counts, 0)
+        for name, t_ns, values in log.parts(list(counts)):
+            rows = slice(done[name], done[name] + len(t_ns))
+            self._t[name][rows] = t_ns / 1e9
+            for port, part in self._ports[name]:
+                self._values[name][port][rows] = values[:, part]
+            done[name] = rows.stop
+
+    def has(self, channel: str, *ports: str) -> bool:
+        """Whether all these ports were recorded."""
+        return all(port in self._values.get(channel, {}) for port in ports)
+
+    def having(self, *ports: str) -> list[str]:
+        """The channels that have all these ports."""
+        return [name for name in self._values if self.has(name, *ports)]
+
+    def t(self, channel: str) -> np.ndarray:
+        """(k,) [s]."""
+        return self._t[channel]
+
+    def port(self, channel: str, port: str) -> np.ndarray:
+        """(k, *shape)."""
+        values = self._values[channel][port]
+        return values.reshape(len(values), *self.channels[channel].port(port)[0].shape)
+
+    def ports(self, channel: str) -> list[str]:
+        """Names of the ports read."""
+        return list(self._values.get(channel, {}))
+
+
+def _drawn(info: ChannelInfo) -> Iterator[tuple[str, slice]]:
+    for port in info.ports:
+        if 0 < port.size <= LARGEST and not port.name.split(".")[0].split("_")[0].startswith(UNDRAWN):
+            yield port.name, info.port(port.name)[1]
