@@ -84,7 +84,7 @@ def indicators(cable: Cable, window: Window, name: str) -> str:
         ("off the catenary\ne_C [mm]", 1e3 * fits.e_catenary, "log"),
         ("catenary\nC [1/m]", fits.C, "linear"),
     )
-    figure, panels = _panels((INDICATOR,) * len(curves), window)
+    figure, panels = stacked((INDICATOR,) * len(curves), window)
     for panel, (title, values, scale) in zip(panels, curves, strict=True):
         shown = values[inside]
         for color, which in ((DOUBTFUL, ~good), (USED, good)):
@@ -95,7 +95,7 @@ def indicators(cable: Cable, window: Window, name: str) -> str:
     panels[2].axhline(1e3 * cable.tolerance, color=FAILING, linewidth=0.8, linestyle="--")
     for span in cable.spans:
         panels[2].axvspan(span.start_ns / 1e9, span.end_ns / 1e9, color=FAILING, alpha=0.25, linewidth=0.6)
-    return _svg(figure, f"indicators-{name}", "inclination, distances from plane and catenary, and C over time")
+    return svg(figure, f"indicators-{name}", "inclination, distances from plane and catenary, and C over time")
 
 
 @rc_context(STYLE)
@@ -104,7 +104,7 @@ def circumstances(cable: Cable, ends: Ends, window: Window, name: str) -> str:
 
     name: of this figure among those of the page.
     """
-    figure, panels = _panels(CIRCUMSTANCES, window)
+    figure, panels = stacked(CIRCUMSTANCES, window)
     _markers(cable, panels[0], panels[1], window)
     for panel, title, t, values in (
         (panels[2], "moving end\nspeed [m/s]", ends.t, ends.speed),
@@ -114,7 +114,7 @@ def circumstances(cable: Cable, ends: Ends, window: Window, name: str) -> str:
         inside = window.of(t)
         panel.plot(*thinned(t[inside], values[inside]), color=USED)
         panel.set_ylabel(title)
-    return _svg(figure, f"circumstances-{name}", "visible markers and the ends' motion over time")
+    return svg(figure, f"circumstances-{name}", "visible markers and the ends' motion over time")
 
 
 def _markers(cable: Cable, number: Axes, visibility: Axes, window: Window) -> None:
@@ -151,7 +151,7 @@ def _bars(t: np.ndarray, valid: np.ndarray, height: int) -> tuple[np.ndarray, np
     return x, np.full(len(x), float(height))
 
 
-def _panels(heights: tuple[float, ...], window: Window) -> tuple[Figure, list[Axes]]:
+def stacked(heights: tuple[float, ...], window: Window) -> tuple[Figure, list[Axes]]:
     """Panels one above the other over the same time."""
     beside = ALONE if window.start == window.end else 0.0
     height = PANEL * sum(heights)
@@ -169,7 +169,7 @@ def _panels(heights: tuple[float, ...], window: Window) -> tuple[Figure, list[Ax
     return figure, panels
 
 
-def _svg(figure: Figure, name: str, title: str) -> str:
+def svg(figure: Figure, name: str, title: str) -> str:
     """The figure as an SVG element to stand among others: with a title, its identifiers made its own by a name."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata=NO_METADATA)

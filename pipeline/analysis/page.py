@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
-from pipeline.analysis.report import Section
+from pipeline.analysis.report import Picture, Section
 from pipeline.analysis.tables import INDICATORS, failures, noise, rows
 from pipeline.analysis.validity import Cable
 
@@ -32,15 +32,21 @@ MEANINGS = (
 )
 
 
-def page(title: str, sections: list[Section]) -> str:
-    """The whole page as text."""
+def page(title: str, sections: list[Section], estimates: Sequence[tuple[str, Picture]] = ()) -> str:
+    """The whole page as text; estimates: pictures of estimated lines, with the estimators' names."""
     body = "\n".join(line for section in sections for line in _section(section))
+    body += "\n".join(_estimated(name, picture) for name, picture in estimates)
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{escape(title)}</h1>\n"
         f"{body}\n</body>\n</html>\n"
     )
+
+
+def _estimated(name: str, picture: Picture) -> str:
+    figure = f"<figure>{picture.svg}<figcaption>{escape(picture.caption)}</figcaption></figure>"
+    return f'<section>\n<h2>Estimated by {escape(name)}</h2>\n<div class="figures">{figure}</div>\n</section>'
 
 
 def _section(section: Section) -> Iterator[str]:

@@ -6,9 +6,13 @@ import argparse
 import time
 from pathlib import Path
 
+from pipeline.analysis.estimates import estimates
+from pipeline.analysis.report import Picture
+from pipeline.analysis.validity import Cable
 from pipeline.commands import validity
 from pipeline.commands.output import console, print_json
 from pipeline.errors import TowlineError
+from pipeline.log.reader import open_log
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +34,16 @@ def _page_path(arguments: argparse.Namespace) -> Path:
     return out
 
 
+def _estimates(path: Path, found: list[Cable]) -> list[tuple[str, Picture]]:
+    """Names and pictures of the estimators of a line in a log of Towline."""
+    from pipeline.analysis.estimate_figures import estimate_picture
+
+    if not any(cable.recording.is_log for cable in found):
+        return []
+    with open_log(path) as log:
+        return [(one.name, estimate_picture(one, f"{i}")) for i, one in enumerate(estimates(log))]
+
+
 def command(arguments: argparse.Namespace) -> int:
     """Judge, draw and write."""
     from pipeline.analysis.figures import Window  # matplotlib takes half a second to import
@@ -41,7 +55,8 @@ def command(arguments: argparse.Namespace) -> int:
     out = _page_path(arguments)
     found = validity.cables(arguments)
     try:
-        write(out, page(f"Validity of the catenary: {arguments.log.name}", sections(found, window)))
+        title = f"Validity of the catenary: {arguments.log.name}"
+        write(out, page(title, sections(found, window), _estimates(arguments.log, found)))
     except OSError as error:
         raise TowlineError(f"{out}: cannot write the report: {error.strerror or error}") from error
     wall_s = time.perf_counter() - start
