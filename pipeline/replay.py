@@ -91,7 +91,7 @@ def _addend(term: Term, signals: _Signals, ticks: np.ndarray) -> np.ndarray:
     return value + np.array(term.offset) if term.offset else value
 
 
-def _inputs(log: Log, graph: Graph, i: int) -> tuple[np.ndarray, np.ndarray]:
+def inputs_of(log: Log, graph: Graph, i: int) -> tuple[np.ndarray, np.ndarray]:
     """Ticks of node i's steps that can be replayed, from t0 on, and its numbers at each: (k,), (k, n_u)."""
     node = graph.nodes[i]
     signals = _Signals(log, graph)
@@ -160,7 +160,7 @@ def led_to(log: Log, graph: Graph, i: int, tick: int) -> FmuHost:
     Raises LogError where they were not all recorded, StepError if a step fails.
     """
     node = graph.nodes[i]
-    ticks, u = _inputs(log, graph, i)
+    ticks, u = inputs_of(log, graph, i)
     k = int(np.searchsorted(ticks, tick, side="right"))
     last = tick // node.period * node.period
     if k == 0 or ticks[k - 1] < last:
@@ -201,7 +201,7 @@ def replay_component(log: Log, graph: Graph, node: Node, take: Take = _ignore) -
     recorded at every step, StepError if it fails.
     """
     i = [other.name for other in graph.nodes].index(node.name)
-    ticks, u = _inputs(log, graph, i)
+    ticks, u = inputs_of(log, graph, i)
     logged, pictures = _Signals(log, graph).steps(i), Pictures(log, graph, i, node)
     if len(logged) == 0:
         raise LogError(f"{log.path}: holds no step of {node.name}")

@@ -10,6 +10,7 @@ from pipeline.analysis.page import (
     catenary,
     control,
     estimator,
+    line_estimate,
     motion,
     overview,
     scene,
@@ -24,7 +25,7 @@ from pipeline.analysis.validity import Cable
 from pipeline.errors import TowlineError
 from pipeline.log.reader import open_log
 
-OF_SIGNALS = (tensions, motion, control, thrusters, estimator, bonds, weather)
+OF_SIGNALS = (tensions, motion, control, thrusters, estimator, line_estimate, bonds, weather)
 
 
 def report(path: Path, is_log: bool, cables: list[Cable], window: Window | None = None) -> str:

@@ -13,7 +13,8 @@ from components.contract import HEADER
 LENGTH, SEGMENTS, DRAG_S, DRAG_V, SQUARE_S, SQUARE_V, MASS, SPRING, WEIGHT = range(HEADER, HEADER + 9)
 SECOND_AXIS, END_A, END_B, PARTED_A, PARTED_B = range(HEADER + 9, HEADER + 14)
 TOLERANCE, ITERATIONS, TOLERATED, VIRTUAL_MASS = range(HEADER + 14, HEADER + 18)
-START, CHORD, POSITION, SIDE, ANGLES = HEADER + 18, HEADER + 19, HEADER + 21, HEADER + 24, HEADER + 25
+START, CHORD, POSITION, SIDE = HEADER + 18, HEADER + 19, HEADER + 21, HEADER + 24
+BED_DEPTH, BED_STIFFNESS, BED_ONSET, BED_TIME, ANGLES = range(HEADER + 25, HEADER + 30)
 DRIVEN, PULLED, FREE = range(3)
 STEADY, ARC, GIVEN = range(3)
 
@@ -29,6 +30,15 @@ RN, VN, AN, TN, DELTA, LAST, HN, A, ALPHA, BETA, BETA_0, K, OVER, KAPPA, G, PREL
     0, 2, 4, 6, 8, 9, 10, 12, 16, 18, 20, 21, 23, 24, 25, 27
 )  # fmt: skip
 SCRATCH = 28
+
+
+class Bed(NamedTuple):
+    """The seabed, see tether.cable's seabed.py; no stiffness: none."""
+
+    bed_depth: float  # [m]
+    bed_stiffness: float  # [N/m^2]
+    bed_onset: float  # [m]
+    bed_time: float  # [s]
 
 
 class Chain(NamedTuple):
@@ -52,6 +62,7 @@ class Chain(NamedTuple):
     end_b: int
     tolerance: float
     iterations: int
+    bed: Bed
 
 
 class Ends(NamedTuple):
@@ -86,6 +97,7 @@ def chain_of(p):
         end_b=FREE if p[PARTED_B] > 0.0 else int(p[END_B]),
         tolerance=p[TOLERANCE],
         iterations=int(p[ITERATIONS]),
+        bed=Bed(p[BED_DEPTH], p[BED_STIFFNESS], p[BED_ONSET], p[BED_TIME]),
     )
 
 
@@ -106,6 +118,7 @@ def stretched(chain, l0):
         end_b=chain.end_b,
         tolerance=chain.tolerance,
         iterations=chain.iterations,
+        bed=chain.bed,
     )
 
 
@@ -126,4 +139,5 @@ def massless(chain):
         end_b=chain.end_b,
         tolerance=chain.tolerance,
         iterations=chain.iterations,
+        bed=chain.bed,
     )

@@ -192,5 +192,6 @@ COMPONENT = Component(
     terms=model.terms,
     validity="validity.range",
     assumptions="Inextensible line without twist in one plane, in still water that it does not move; segments short "
-    "against the radius of curvature. Driven ends farther apart than the length stretch it, and it says so.",
+    "against the radius of curvature; the water that it moves weighs the same along and across; the seabed is elastic "
+    "and without friction. Driven ends farther apart than the length stretch it, and it says so.",
 )

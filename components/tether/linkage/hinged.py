@@ -25,7 +25,7 @@ def sweep_hinged(chain, scheme, x, w, pull_x, pull_y):
     rx, ry = w[RN], w[RN + 1]
     ux, uy = place_node(chain, scheme, x, w, 0, rx, ry)
     # Linear drag alone has the same impedance for all segments, but for the tension's.
-    plain = chain.k_S == chain.k_V == chain.mass == chain.weight == 0.0
+    plain = chain.k_S == chain.k_V == chain.mass == chain.weight == chain.bed.bed_stiffness == 0.0
     along, across = 0.5 * chain.c_V * chain.l0, chain.c_S * chain.l0 / 6.0
     E_plain = 1.0 / (2.0 * along * scheme.c) if plain else 0.0
     ab_plain = across * scheme.c

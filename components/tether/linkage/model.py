@@ -39,7 +39,14 @@ class Linkage(Parameters):
     fluid_density: float = quantity("kg/m^3", "density of the fluid", SEA_WATER_DENSITY, tunable=True, ge=0)
     mass_per_length: float = quantity("kg/m", "with the water it moves; 0: quasi-static", 0.0, ge=0)
     joint_stiffness: float = quantity("N*m", "of the spring at each joint, per radian", 0.0, tunable=True, ge=0)
+    flexural_rigidity: float = quantity("N*m^2", "EI, from which the springs are instead", 0.0, tunable=True, ge=0)
+    spring_factor: float = quantity(
+        "1", "K of a joint over EI / l0: 1 for many segments; gamma K_theta = 2.21 in (6)", 1.0, tunable=True, gt=0
+    )
     weight: float = quantity("N/m", "weight in water per length, in the vertical plane", 0.0, tunable=True)
+    seabed: float | None = quantity("m", "depth (z in NED) of a level, frictionless seabed; none: no seabed", None)
+    seabed_stiffness: float | None = quantity("N/m^2", "of the seabed, per length of line", None, gt=0)
+    seabed_damping_time: float = quantity("s", "tau of the seabed's damping, stiffness times tau", 0.02, ge=0)
     end_a: End = choice("the first end: driven by a motion, pulled by a force, or free", "driven")
     end_b: End = choice("the last end, likewise", "driven")
     parted_a: float = quantity(
@@ -47,7 +54,8 @@ class Linkage(Parameters):
     )
     parted_b: float = quantity("1", "1 once the tow line at end b has parted", 0, tunable=True, ge=0, le=1)
     start: Literal["steady", "arc", "given"] = choice(
-        "shape at t0: a steady tow's at the driven ends' mean velocity (an arc if at rest), an arc, or `angles`",
+        "shape at t0: a steady tow's at the driven ends' mean velocity (if at rest as it hangs, where drag resists; "
+        "an arc if it has no weight), an arc, or `angles`",
         "steady",
     )
     side: Literal["starboard", "port"] = choice("where an arc bulges to, seen from end a to end b", "starboard")
@@ -67,6 +75,12 @@ class Linkage(Parameters):
             raise ValueError(
                 f"weight is {self.weight:g} N/m, but a line afloat hangs in no plane: set plane to vertical"
             )
+        if self.joint_stiffness and self.flexural_rigidity:
+            raise ValueError("joint_stiffness beside flexural_rigidity, which gives it: leave one out")
+        if (self.seabed is None) != (self.seabed_stiffness is None):
+            raise ValueError("a seabed takes its depth (seabed) and seabed_stiffness: give both, or none")
+        if self.seabed is not None and self.plane == "surface":
+            raise ValueError("a line afloat does not touch the seabed: set plane to vertical, or leave seabed out")
         if self.virtual_mass and self.mass_per_length:
             raise ValueError(
                 "virtual_mass judges what a quasi-static line leaves out: leave it out beside mass_per_length"
@@ -100,18 +114,37 @@ class Linkage(Parameters):
         square = pressure * self.normal_drag, pi * pressure * self.tangential_drag
         return self.normal_friction, self.tangential_friction, *square
 
+    def spring(self) -> float:
+        """Of a joint [N m]: as given, or from EI as in Trigo et al. 2014, (6), K = gamma K_theta EI / l.
+
+        Their factor 0.85 * 2.6 is of two fixed-guided beams in series, which bend into an S; of a line that bends over
+        many segments the energy is that of a beam where K = EI / l, so that theirs is 2.21 times too stiff.
+        """
+        return self.joint_stiffness or self.spring_factor * self.flexural_rigidity * self.segments / self.length
+
+    def bed(self) -> tuple[float, float, float]:
+        """Stiffness [N/m^2] (0: no bed), onset [m] and damping time [s] of the bed.
+
+        The onset is twice the depth to which the line's weight sinks in, so that a segment at rest lies within it.
+        """
+        if self.seabed_stiffness is None:
+            return 0.0, 1.0, 0.0
+        onset = max(2.0 * abs(self.weight) / self.seabed_stiffness, 1e-6 * self.length)
+        return self.seabed_stiffness, onset, self.seabed_damping_time
+
     @property
     def second(self) -> int:
         """Index of the plane's second axis in NED."""
         return 1 if self.plane == "surface" else 2
 
     def vector(self) -> np.ndarray:
-        """The constants in the order of chain.py, and the angles: (25 + n,) float64."""
-        line = [self.length, self.segments, *self.drag(), self.mass_per_length, self.joint_stiffness, self.weight]
+        """The constants in the order of chain.py, and the angles: (29 + n,) float64."""
+        line = [self.length, self.segments, *self.drag(), self.mass_per_length, self.spring(), self.weight]
         line += [self.second, ENDS[self.end_a], ENDS[self.end_b], self.parted_a, self.parted_b]
         line += [self.tolerance, self.max_iterations, self.shift_tolerance * self.length, self.virtual_mass or 0.0]
         line += [STARTS[self.start], self.chord[0], self.chord[self.second], *self.position]
-        return np.array([*line, 1.0 if self.side == "starboard" else -1.0, *self.angles], np.float64)
+        line += [1.0 if self.side == "starboard" else -1.0, self.seabed or 0.0, *self.bed()]
+        return np.array([*line, *self.angles], np.float64)
 
 
 def inputs(line: Linkage) -> tuple[Port, ...]:
@@ -155,7 +188,12 @@ def terms(line: Linkage) -> tuple[Term, ...]:
         Term("linear drag", c_S + c_V > 0.0, f"friction {c_S:g} across and {c_V:g} N s/m^2 along"),
         Term("quadratic drag", k_S + k_V > 0.0, f"{k_S:g} across and {k_V:g} N s^2/m^3 along"),
         Term("inertia", line.mass_per_length > 0.0, f"mass_per_length {line.mass_per_length:g} kg/m"),
-        Term("springs", line.joint_stiffness > 0.0, f"joint_stiffness {line.joint_stiffness:g} N m"),
+        Term("springs", line.spring() > 0.0, f"{line.spring():g} N m at each joint"),
         Term("weight", line.weight != 0.0, f"weight {line.weight:g} N/m"),
+        Term(
+            "seabed",
+            line.seabed is not None,
+            "no seabed given" if line.seabed is None else f"seabed at {line.seabed:g} m",
+        ),
         Term("force at an end", "pulled" in (line.end_a, line.end_b), f"end_a {line.end_a}, end_b {line.end_b}"),
     )

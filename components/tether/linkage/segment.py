@@ -1,6 +1,7 @@
 """A segment in its place: position and rates of its nodes, its load, and its impedance against shifts of the nodes."""
 
 from components.compiled import kernel
+from components.tether.cable.seabed import support
 from components.tether.linkage.chain import AN, HN, RN, SCRATCH, STATE, VN, Q, R, U, V
 from components.tether.linkage.drag import quadratic
 
@@ -20,6 +21,16 @@ def place_node(chain, scheme, x, w, i, rx, ry):
         w[a + AN] = scheme.c_a * (vx - x[k + V]) + scheme.k_q * x[k + Q]
         w[a + AN + 1] = scheme.c_a * (vy - x[k + V + 1]) + scheme.k_q * x[k + Q + 1]
     return vx, vy
+
+
+@kernel
+def rest_on_bed(chain, scheme, w, at):
+    """The bed's upward force [N] on half a segment at the node whose record begins at `at`, and its impedance [N/m]."""
+    sunk = w[at + RN + 1] - chain.bed.bed_depth
+    if sunk <= 0.0:
+        return 0.0, 0.0
+    force, slope, damping = support(sunk, w[at + VN + 1], chain.bed)
+    return 0.5 * chain.l0 * force, 0.5 * chain.l0 * (slope + scheme.c * damping)
 
 
 @kernel
@@ -50,6 +61,14 @@ def load_segment(chain, scheme, w, i, tx, ty, over_l0):
     if chain.weight != 0.0:
         R_t, R_tb = R_t + chain.weight * ty, R_tb + 0.5 * chain.weight * ty
         R_n, R_nb = R_n + chain.weight * tx, R_nb + 0.5 * chain.weight * tx
+    if chain.bed.bed_stiffness > 0.0:
+        B_a, s_a = rest_on_bed(chain, scheme, w, a)
+        B_b, s_b = rest_on_bed(chain, scheme, w, b)
+        R_t, R_tb = R_t - (B_a + B_b) * ty, R_tb - B_b * ty
+        R_n, R_nb = R_n - (B_a + B_b) * tx, R_nb - B_b * tx
+        # An upright stiffness has a part between along and across; both are raised by it instead (Gershgorin).
+        both = abs(tx) + abs(ty)
+        d_t, aa, bb = d_t + (s_a + s_b) * abs(ty) * both, aa + s_a * abs(tx) * both, bb + s_b * abs(tx) * both
     # Against turning by the nodes' shifts; compression cannot take away all of the segment's own.
     g = (R_tb - tx * w[b + HN] - ty * w[b + HN + 1]) * over_l0
     if g < 0.0:

@@ -114,10 +114,23 @@ def drift(chain, x, vx, vy):
 
 
 @kernel
+def settling_time(chain, vx, vy):
+    """Time [s] in which the tow goes the chain's length, or the chain at rest sinks by it; 0 where it does neither."""
+    length, speed = chain.n * chain.l0, sqrt(vx * vx + vy * vy)
+    if speed == 0.0:
+        weight = abs(chain.weight) / chain.l0
+        if chain.c_S > 0.0:
+            speed = weight / chain.c_S
+        elif chain.k_S > 0.0:
+            speed = sqrt(weight / chain.k_S)
+    return length / speed if speed > 0.0 else 0.0
+
+
+@kernel
 def settle(chain, x, w, ends, vx, vy):
     """March without inertia in water that streams past at the tow's velocity until nothing turns; whether it does."""
     chain = massless(chain)
-    span = chain.n * chain.l0 / sqrt(vx * vx + vy * vy)
+    span = settling_time(chain, vx, vy)
     h, before = FIRST * span, 1.0
     for _ in range(MOST):
         drift(chain, x, vx, vy)
@@ -213,7 +226,7 @@ def begin(chain, p, x, w, ends, v_a, v_b, a_a, a_b, h):
         keep(fit, scheme, x, w, 1.0)
         set_moving(fit, x, ends, v_a)
     settled = True
-    if p[START] == STEADY and vx * vx + vy * vy > 0.0:
+    if p[START] == STEADY and settling_time(chain, vx, vy) > 0.0:
         settled = settle(chain, x, w, ends, vx, vy)
         set_moving(fit, x, ends, v_a)
     account = find_rates(chain, x, w, ends, v_a, v_b, h)

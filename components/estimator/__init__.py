@@ -1,0 +1,1 @@
+"""Estimators of a line's shape and tension from few sensors on it."""

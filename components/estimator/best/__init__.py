@@ -1,0 +1,1 @@
+"""An iterated extended Kalman filter of a line as a chain of bars."""

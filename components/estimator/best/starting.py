@@ -1,0 +1,91 @@
+"""The chain filter's first state, and when it is to begin anew."""
+
+from math import atan2, cos, pi, sin
+
+from components.compiled import kernel
+from components.estimator.best.layout import (
+    DOWN,
+    FORCE_SPREAD,
+    MARKERS,
+    NORTH,
+    P_ANGLE,
+    P_PLACE,
+    P_RATE,
+    P_SPEED,
+    PIVOT_SPREAD,
+    tables_of,
+)
+from components.estimator.best.prediction import mean_load
+from components.estimator.chords import is_there
+from components.kinematics import wrapped
+
+LOST = 1.0  # from the chord of the markers about a bar [rad]
+
+
+@kernel
+def chord_at(p, u, where):
+    """The pair of markers around a place on the line, or the nearest pair: (first, second), -1 where there are none."""
+    count, places, before, after = int(p[MARKERS]), tables_of(p)[1], -1, -1
+    for i in range(count):
+        if not is_there(u, i, count):
+            continue
+        if before < 0 or (p[places + i] <= where and after < 0):
+            before = i
+        elif after < 0 and p[places + i] > where:
+            after = i
+        elif after < 0:
+            before = i
+    if after < 0:
+        # The last two.
+        after, before = before, -1
+        for i in range(after):
+            if is_there(u, i, count):
+                before = i
+    return before, after
+
+
+@kernel
+def begin(p, m, l, given, u, x, s):  # noqa: E741
+    """The first state: at rest, loads at their means, angles as `given` or by the markers; and its root s (N, N)."""
+    n, places = m.n, tables_of(p)[1]
+    for j in range(m.N):
+        x[j] = 0.0
+    for i in range(n):
+        x[i] = p[tables_of(p)[0] + i]
+        if not given:
+            a, b = chord_at(p, u, (i + 0.5) * l)
+            if a >= 0:
+                x[i] = atan2(u[3 * b + 2] - u[3 * a + 2], u[3 * b] - u[3 * a])
+    for j in range(m.loads):
+        x[m.F + j] = mean_load(p, j)
+    if m.loads > 2:
+        x[m.place], x[m.place + 1] = p[NORTH], p[DOWN]
+        for k in range(int(p[MARKERS])):
+            if not given and is_there(u, k, int(p[MARKERS])):
+                x[m.place], x[m.place + 1], left = u[3 * k], u[3 * k + 2], p[places + k]
+                for i in range(n):
+                    part = min(l, left)
+                    left -= part
+                    x[m.place], x[m.place + 1] = x[m.place] - part * cos(x[i]), x[m.place + 1] - part * sin(x[i])
+                break
+    for i in range(m.N):
+        for j in range(m.N):
+            s[i, j] = 0.0
+        s[i, i] = p[P_ANGLE] if i < n else (p[P_RATE] if i < 2 * n else p[FORCE_SPREAD])
+    if m.loads > 2:
+        for j in range(2):
+            s[m.F + 2 + j, m.F + 2 + j] = p[PIVOT_SPREAD]
+            s[m.place + j, m.place + j], s[m.speed + j, m.speed + j] = p[P_PLACE], p[P_SPEED]
+
+
+@kernel
+def is_lost(p, m, l, h, u, x):  # noqa: E741
+    """Whether a bar is far from where the markers about it have it, or turns half round in a step of h [s]."""
+    for i in range(m.n):
+        a, b = chord_at(p, u, (i + 0.5) * l)
+        if a < 0:
+            return False
+        apart = wrapped(x[i] - atan2(u[3 * b + 2] - u[3 * a + 2], u[3 * b] - u[3 * a]))
+        if not (abs(apart) < LOST and abs(x[m.n + i]) * h < pi):
+            return True
+    return False

@@ -1,0 +1,49 @@
+"""Markers read as the angles of the chords between them, whose noise is shared by neighbours."""
+
+from math import atan2, cos, floor, isfinite, pi, sin, sqrt
+
+from components.compiled import kernel
+
+FAR = 1e9  # beyond which a number is no position [m]
+# A chord that is shorter than this part of its bars, or by the noise longer, is none of this line.
+SHORT = 0.7
+MISSING, USED, REFUSED = 0.0, 1.0, -1.0
+
+
+@kernel
+def is_there(u, i, count):
+    """Whether marker i of `count` has a position."""
+    at = 3 * i
+    return u[3 * count + i] > 0.0 and abs(u[at]) < FAR and abs(u[at + 2]) < FAR and isfinite(u[at] + u[at + 2])
+
+
+@kernel
+def spread(u, i, count, takes_covariance, variance):
+    """Covariance (north, both, down) of marker i's position [m^2]; where it is none, the parameters' variance."""
+    if takes_covariance:
+        at = 4 * count + 4 * i
+        a, b, c = u[at], 0.5 * (u[at + 1] + u[at + 2]), u[at + 3]
+        if a > 0.0 and c > 0.0 and a * c > b * b and isfinite(a + b + c):
+            return a, b, c
+    return variance, 0.0, variance
+
+
+@kernel
+def chord(dx, dz, expected):
+    """Length [m] and angle [rad] of a chord, as near to the expected angle as whole turns allow."""
+    angle = atan2(dz, dx)
+    turns = (expected - angle) / (2.0 * pi)
+    return sqrt(dx * dx + dz * dz), angle + 2.0 * pi * floor(turns + 0.5)
+
+
+@kernel
+def across(c, s, cov):
+    """n' C n for the normal (-s, c) of a chord."""
+    return s * s * cov[0] - 2.0 * s * c * cov[1] + c * c * cov[2]
+
+
+@kernel
+def between(angle, other, cov):
+    """n' C m for the normals of two chords."""
+    c, s, d, t = cos(angle), sin(angle), cos(other), sin(other)
+    return s * t * cov[0] - (s * d + c * t) * cov[1] + c * d * cov[2]

@@ -1,0 +1,1 @@
+"""The linear Kalman filter of a riser with the equations corrected."""

@@ -1,0 +1,176 @@
+"""Binds the corrected linear filter to the contract."""
+
+from math import log, sqrt
+
+from components.compiled import kernel
+from components.contract import Component
+from components.estimator import line, straight
+from components.estimator.corrected import model
+from components.estimator.layout import outputs_of
+from components.estimator.linear import (
+    ANGLE,
+    BAR,
+    CHORD,
+    INTERVAL,
+    NODE,
+    OFF,
+    OFF_BY,
+    P_ANGLE,
+    P_FORCE,
+    P_RATE,
+    WRONG_INTERVAL,
+    A,
+    B,
+    D,
+    begin,
+    chords_of,
+    expected,
+    gather,
+    mean_row,
+    model_of,
+    write_estimate,
+    write_fit,
+    write_tension,
+)
+from components.estimator.roots import correct, keep_triangle, log_density, multiply, triangulate
+from components.matrices import table
+
+LARGEST = 1e9  # deviation of a tension that nothing tells of [N]
+
+
+@kernel
+def measure(m, w, y, state, s, at, count, rows):
+    """Use the chords, whose noise is made independent by one pass (its covariance is a band); write how that went.
+
+    With R = G G', G lower and of two diagonals, row and angle of G^-1 follow from the chord before.
+    """
+    n, N = m.n, m.N
+    row, before, by = rows[:N], rows[N : 2 * N], rows[2 * N : 3 * N]
+    out = outputs_of(n).innovation
+    for j in range(N):
+        before[j] = 0.0
+    for k in range(n):
+        y[out + k] = 0.0
+    angle = below = nis = density = 0.0
+    for k in range(count):
+        c = at + k * CHORD
+        diagonal = sqrt(w[c + D] - below * below)
+        mean_row(m, int(w[c + A]), int(w[c + B]), row)
+        angle = (w[c + ANGLE] - below * angle) / diagonal
+        innovation = angle
+        for j in range(N):
+            row[j] = before[j] = (row[j] - below * before[j]) / diagonal
+            innovation -= row[j] * state[j]
+        y[out + k], log_v = correct(state, s, row, innovation, by)
+        nis += y[out + k] * y[out + k]
+        density += log_density(y[out + k], log_v, log(diagonal))
+        below = w[c + OFF] / diagonal
+    write_fit(n, y, count, nis, density)
+
+
+@kernel
+def pull(p, m, state, root, w):
+    """Tension by (13)-(17) with the modal forces, least squares over the bars, and its deviation; w: scratch, 4 n.
+
+    Psi_i - W_i = F l s_i, s_i the sum of theta_n - theta_j from i on, theta the bars' own angles.
+    """
+    n, N, L, TL, l = m.n, m.N, m.L, m.TL, p[BAR]  # noqa: E741
+    q, s, by_q, by_s = w[:n], w[n : 2 * n], w[2 * n : 3 * n], w[3 * n : 4 * n]
+    qs = ss = reach = 0.0
+    last = expected(m, state, n - 1, n)
+    for i in range(n - 1, -1, -1):
+        reach += last - expected(m, state, i, i + 1)
+        s[i], q[i] = l * reach, -m.W[i]
+        for j in range(n):
+            q[i] += L[i, j] * state[2 * n + j]
+        qs, ss = qs + q[i] * s[i], ss + s[i] * s[i]
+    if ss == 0.0:
+        return 0.0, LARGEST
+    F = qs / ss
+    for i in range(n):
+        by_q[i], by_s[i] = s[i] / ss, (q[i] - 2.0 * F * s[i]) / ss
+    square = 0.0
+    for c in range(N):
+        total = reach = end = 0.0
+        for j in range(n):
+            end += TL[n - 1, j] * root[2 * j, c]
+        for i in range(n - 1, -1, -1):
+            force = turn = 0.0
+            for j in range(n):
+                force, turn = force + L[i, j] * root[2 * n + j, c], turn + TL[i, j] * root[2 * j, c]
+            reach += end - turn
+            total += by_q[i] * force + by_s[i] * l * reach
+        square += total * total
+    return F, min(sqrt(square), LARGEST)
+
+
+@kernel
+def read(p, u, x, y, w):
+    """Use a frame and write all outputs."""
+    m = model_of(p)
+    n, N = m.n, m.N
+    state, s = x[:N], table(x, N, N, N)
+    at = NODE * (n + 1) + n
+    rows = w[at + CHORD * n :]
+    gather(p, u, w)
+    count = chords_of(p, m, state, s, x[N + N * N :], w, y, at, rows[:N], rows[N : 2 * N])
+    measure(m, w, y, state, s, at, count, rows)
+    write_estimate(p, m, state, s, N, rows, y)
+    tension, spread = pull(p, m, state, s, rows)
+    write_tension(n, y, tension, spread)
+
+
+def init(t_ns, dt_ns, p, u, x, y, w):
+    """Begin with the first frame."""
+    m = model_of(p)
+    n, N = m.n, m.N
+    if abs(dt_ns * 1e-9 - p[INTERVAL]) > OFF_BY * p[INTERVAL]:
+        return WRONG_INTERVAL
+    s = table(x, N, N, N)
+    for i in range(n + 1):
+        x[N + N * N + i] = 0.0
+    gather(p, u, w)
+    begin(p, m, w, NODE * (n + 1), x[:N])
+    for i in range(N):
+        for j in range(N):
+            s[i, j] = 0.0
+        variance = p[P_FORCE] if i >= 2 * n else (p[P_ANGLE] if i % 2 == 0 else p[P_RATE])
+        s[i, i] = sqrt(variance)
+    read(p, u, x, y, w)
+    return 0
+
+
+def step(t_ns, dt_ns, p, u, x, y, w):
+    """(29), and (30) as Phi P Phi' + Q_d; then the frame at the step's end."""
+    m = model_of(p)
+    N, phi, state, fresh = m.N, m.phi, x[: m.N], w[: m.N]
+    s, wide = table(x, N, N, N), table(w, NODE * (m.n + 1) + m.n + CHORD * m.n + 6 * N, N, 2 * N)
+    for i in range(N):
+        fresh[i] = 0.0
+        for j in range(N):
+            fresh[i] += phi[i, j] * state[j]
+    for i in range(N):
+        state[i] = fresh[i]
+    multiply(m.phi, s, wide)
+    for i in range(N):
+        for j in range(N):
+            wide[i, N + j] = m.noise[i, j]
+    triangulate(wide, N, 2 * N, N)
+    keep_triangle(wide, s)
+    read(p, u, x, y, w)
+    return 0
+
+
+COMPONENT = Component(
+    name="estimator.corrected",
+    parameters=model.Corrected,
+    inputs=line.inputs,
+    outputs=straight.outputs,
+    sizes=model.sizes,
+    init=init,
+    step=step,
+    status_text={WRONG_INTERVAL: "the period is not `interval`, for which the filter was made: make them equal"},
+    terms=straight.terms,
+    assumptions="Bars nearly straight and level, that swing little about a pivot at rest; all forces, weight and "
+    "tension among them, are random walks; noise is white. A chord over a missing marker has its bars' mean angle.",
+)
