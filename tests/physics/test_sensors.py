@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from components.compiled import bind
 
 FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 5)
-KINDS = ("gnss", "gyro", "mru", "hydroacoustic", "wind", "thruster_feedback")
+KINDS = ("gnss", "gyro", "mru", "hydroacoustic", "wind", "thruster_feedback", "load_cell")
 ATTITUDE = (0.05, -0.03, 2.0)
 
 
@@ -172,12 +172,13 @@ def test_wild_points_have_their_share_and_size():
     assert 0.3 < (error[wild, 0] > 0).mean() < 0.7
 
 
-@pytest.mark.parametrize("kind", ["gnss", "gyro", "mru", "hydroacoustic", "wind"])
+@pytest.mark.parametrize("kind", ["gnss", "gyro", "mru", "hydroacoustic", "wind", "load_cell"])
 def test_events_drop_freeze_and_shift(kind):
     """Each by its tunable parameter, and back again."""
-    n = {"gnss": 6, "gyro": 6, "mru": 9, "hydroacoustic": 9, "wind": 9}[kind]
+    n = {"gnss": 6, "gyro": 6, "load_cell": 1}.get(kind, 9)
     u = np.linspace(0.2, 0.9, n) * 3.0
-    name = {"gnss": "position", "gyro": "heading", "mru": "heave", "hydroacoustic": "range", "wind": "direction"}[kind]
+    name = {"gnss": "position", "gyro": "heading", "mru": "heave", "hydroacoustic": "range", "wind": "direction",
+            "load_cell": "tension"}[kind]  # fmt: skip
     seen = Instrument(kind, u)
     before = seen[name]
     seen.set(dropped=1.0)
@@ -189,7 +190,8 @@ def test_events_drop_freeze_and_shift(kind):
     seen.set(frozen=0.0)
     assert not np.array_equal(seen.step()[name], before)
     shift = {"gnss": {"offset": (3.0, 0.0, 0.0)}, "gyro": {"offset": 0.3}, "mru": {"offset_heave": 0.3},
-             "hydroacoustic": {"offset_range": 0.3}, "wind": {"offset_direction": 0.3}}[kind]  # fmt: skip
+             "hydroacoustic": {"offset_range": 0.3}, "wind": {"offset_direction": 0.3},
+             "load_cell": {"offset": 0.3}}[kind]  # fmt: skip
     seen.set(**shift)
     amount = 3.0 if kind == "gnss" else 0.3
     assert np.ravel(seen.step(u)[name])[0] - np.ravel(before)[0] == pytest.approx(amount)
@@ -213,7 +215,7 @@ def test_feedback_of_each_thruster_fails_by_itself():
 def test_what_is_no_number_is_not_valid_and_goes_no_further(kind):
     """NaN and infinity in, zeros and no validity out; the next true value is measured as if nothing had been."""
     more = {"thrusters": 1} if kind == "thruster_feedback" else {}
-    u = np.linspace(0.3, 0.7, {"gnss": 6, "gyro": 6, "thruster_feedback": 3}.get(kind, 9))
+    u = np.linspace(0.3, 0.7, {"gnss": 6, "gyro": 6, "thruster_feedback": 3, "load_cell": 1}.get(kind, 9))
     seen, other = Instrument(kind, u, **more), Instrument(kind, u, **more)
     seen.step(np.full(len(u), np.nan))
     assert not seen.y[:-1].any()
