@@ -66,7 +66,7 @@ def fields(path: Path) -> dict[str, dict[str, list[str]]]:
 
 def test_layout_shows_what_the_main_scene_records(tmp_path):
     """Each message path of the layout leads to a channel, a field and a number that are there."""
-    scenario = load_scenario(ROOT / "scenarios" / "dp_rov_tether.yaml", duration="1 s")
+    scenario = load_scenario(ROOT / "scenarios" / "dp_rov_tether.yaml", duration="2 s")
     log = run_scenario(scenario, build_graph(scenario), tmp_path / "scene.mcap", Options(), lambda _: None).log
     layout = json.loads((ROOT / "scenarios" / "viewers" / "dp_rov_tether.json").read_text())
     paths = [path["value"] for panel in layout["configById"].values() for path in panel.get("paths", ())]
