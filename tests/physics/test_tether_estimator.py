@@ -13,7 +13,7 @@ H, EVERY, LATE = 0.5, 4, 2  # step [s]; steps from one USBL value to the next, a
 USED, SAME, LOST, WILD = range(4)
 LENGTH, STORED = 250.0, 85.0
 LINE = {
-    "length": LENGTH, "weight": 0.035, "axial_stiffness": 1e6, "drag_diameter": 0.015, "tangential_drag": 0.01,
+    "weight": 0.035, "axial_stiffness": 1e6, "drag_diameter": 0.015, "tangential_drag": 0.01,
     "current_depth": (0.0, 30.0, 100.0),
     "current": ((-0.33, 0.23, 0.0), (-0.1, 0.17, 0.0), (-0.02, 0.1, 0.0)),
 }  # fmt: skip
@@ -21,6 +21,7 @@ PLACE, HOOK, TRANSCEIVER = np.array([50.0, 90.0, 120.0]), np.array([0.0, 9.0, 3.
 NOISE = {"range": 0.3, "angle": 0.004, "bias": 0.004, "cell": 2.0, "swing": 8.0, "along": 0.02, "across": 0.01,
          "place": 1.0, "speed": 0.05, "agitation": 0.02}  # fmt: skip
 FILTER = {
+    "whole_length": LENGTH,
     "hook": tuple(HOOK), "transceiver": tuple(TRANSCEIVER), "start": tuple(PLACE), "start_place": NOISE["place"],
     "start_speed": NOISE["speed"], "agitation": NOISE["agitation"], "range_noise": NOISE["range"],
     "angle_noise": NOISE["angle"], "angle_bias": NOISE["bias"], "cell_noise": NOISE["cell"], "swing": NOISE["swing"],

@@ -20,7 +20,7 @@ Vector = tuple[float, float, float]
 class Tether(Parameters):
     """The line, and standard deviations of what the filter's model and the sensors leave open."""
 
-    length: float = quantity("m", "unstretched length, with what is on the drum", tunable=True, gt=0)
+    whole_length: float = quantity("m", "unstretched length, with what is on the drum", tunable=True, gt=0)
     weight: float = quantity("N/m", "weight in water per unstretched length; negative: buoyant", tunable=True)
     axial_stiffness: float = quantity("N", "EA", tunable=True, gt=0)
     segments: Annotated[int, Field(ge=2)] = choice("number of equal segments", 20)
@@ -74,7 +74,7 @@ class Tether(Parameters):
         pressure = 0.5 * self.fluid_density * self.drag_diameter
         head = np.zeros(LINE_NUMBERS)
         head[:6] = (
-            self.length, self.segments, 1.0 / self.axial_stiffness, self.weight, pressure * self.normal_drag,
+            self.whole_length, self.segments, 1.0 / self.axial_stiffness, self.weight, pressure * self.normal_drag,
             pressure * pi * self.tangential_drag,
         )  # fmt: skip
         head[-1] = len(self.current_depth)
