@@ -9,7 +9,7 @@ run: .venv/installed
 	$(BIN)/towline run $(SCENARIO)
 
 test: .venv/installed-dev
-	$(BIN)/python -c "from pipeline import catalogue, compilation; compilation.compile_side_by_side(catalogue.models())"
+	$(BIN)/python tests/compile_all.py
 	$(BIN)/pytest -n 2 --dist loadfile
 
 lint: .venv/installed-dev

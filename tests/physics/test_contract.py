@@ -13,7 +13,7 @@ from numba import njit
 
 import components
 from components.compiled import OPTIONS, bind
-from components.contract import Component
+from components.contract import Component, ImagePort
 from pipeline import native_loop as loop
 from pipeline.conductor import Conductor
 from pipeline.graph import Graph, Node, alone
@@ -68,6 +68,10 @@ def steps_alone(node: Node, graph: Graph, inputs: np.ndarray, poison: bool) -> n
     return np.array(seen)
 
 
+def has_images(graph: Graph) -> bool:
+    return any(isinstance(port, ImagePort) for node in graph.nodes for port in node.outputs)
+
+
 def recorded_inputs(graph: Graph, ticks: int) -> list[np.ndarray]:
     """Each node's inputs over a short run, its own steps only: (k, n_u) a node."""
     conductor = Conductor(graph)
@@ -85,7 +89,8 @@ def recorded_inputs(graph: Graph, ticks: int) -> list[np.ndarray]:
 def test_outputs_are_write_only_and_workspace_is_scratch(path):
     """With y and w full of NaN before every step, the same bits; y and x hold no NaN afterwards."""
     graph = build_graph(load_scenario(path))
-    ticks = min(graph.ticks, 100)
+    # Images take their time to be drawn: two of them are enough.
+    ticks = min(graph.ticks, max(n.period for n in graph.nodes) if has_images(graph) else 100)
     for node, inputs in zip(graph.nodes, recorded_inputs(graph, ticks), strict=True):
         plain = steps_alone(node, graph, inputs, poison=False)
         poisoned = steps_alone(node, graph, inputs, poison=True)

@@ -91,6 +91,8 @@ def _indicators(cable: Cable) -> Iterator[Chart]:
         ),
         ("Catenary parameter", "C", "catenary C [1/m]", fits.C, False, None),
     ):
+        if not np.isfinite(values).any():  # such as C of a line that is straight throughout
+            continue
         curves = [Series(name, t, np.where(good, values, np.nan))]
         if not good.all() and np.isfinite(values[~good]).any():
             few = Series(f"fewer than {LEAST_MARKERS} markers", t, np.where(good, np.nan, values), faint=True)
