@@ -5,6 +5,7 @@ State (22), (25): modal angles and rates in turn, then the modal forces, which r
 
 from __future__ import annotations
 
+from math import ceil, log2
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,8 @@ from scipy.linalg import cholesky, expm
 
 from components.estimator.line import Line
 from components.tether.linkage.lagrangian import HEAD
+
+MOST_DECAY = 8.0  # e^8 times the rounding of the exponential is 7e-13
 
 
 class Modal(NamedTuple):
@@ -82,15 +85,20 @@ def rates(M: np.ndarray, C: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.n
 def corrected(line: Line, density: float, interval: float) -> Modal:
     """noise: the lower root of Q_d; density: of the modal forces' white rates [N^2 m^2 / s]; interval: a step [s].
 
-    Phi and Q_d by Van Loan 1978, "Computing integrals involving the matrix exponential".
+    Phi and Q_d by Van Loan 1978, "Computing integrals involving the matrix exponential", over a part of the step
+    in which nothing decays by more than e^MOST_DECAY, as that decay grows in the exponential of -A, and then doubled.
     """
     L, A = rates(inertia(line), damping(line), np.diag(line.springs()))
     N, force = len(A), np.arange(2 * line.bars, 3 * line.bars)
     Q = np.zeros((N, N))
     Q[force, force] = density
-    whole = expm(interval * np.block([[-A, Q], [np.zeros((N, N)), A.T]]))
+    fastest = interval * np.abs(np.linalg.eigvals(A)).max()
+    doublings = max(0, ceil(log2(max(fastest, 1e-300) / MOST_DECAY)))
+    whole = expm(interval / 2**doublings * np.block([[-A, Q], [np.zeros((N, N)), A.T]]))
     F = whole[N:, N:].T
     Q_d = F @ whole[:N, N:]
+    for _ in range(doublings):
+        F, Q_d = F @ F, Q_d + F @ Q_d @ F.T
     scale = np.sqrt(np.diag(Q_d))
     root = scale[:, None] * cholesky(0.5 * (Q_d + Q_d.T) / np.outer(scale, scale), lower=True)
     return Modal(L, F, root, weights(line), line.springs())

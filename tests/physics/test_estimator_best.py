@@ -153,6 +153,36 @@ def test_a_wrong_identity_is_refused_and_a_shifted_camera_is_not():
     assert one.filter["nis"] > 1000.0
 
 
+@pytest.mark.parametrize("pivot", ["fixed", "moving"])
+@pytest.mark.parametrize("from_the_start", [True, False])
+def test_markers_that_stay_where_the_line_does_not_reach_are_never_believed(pivot, from_the_start):
+    # Two neighbours taken for each other, and one a kilometre off, for far longer than believed_after.
+    one = Twin(BEST, given(pivot=pivot), H, 3)
+    filter_ = Stepper(BEST, one.line, H)
+
+    def wrong(u):
+        u = u.copy()
+        u[6:9], u[9:12] = u[9:12].copy(), u[6:9].copy()
+        u[15] += 1000.0
+        return u
+
+    filter_.begin(wrong(one.filter.u) if from_the_start else one.filter.u)
+    for _ in range(40):
+        one.step()
+        filter_.step(wrong(one.filter.u))
+    # Of six that contradict each other three are left: nothing tells which are right.
+    assert filter_["used"].tolist() == [-1.0] * 6
+    one = Twin(BEST, given(pivot=pivot), H, 3)
+    filter_.begin(one.filter.u)
+    for _ in range(40):
+        one.step()
+        u = one.filter.u.copy()
+        u[6:9], u[9:12] = one.filter.u[9:12], one.filter.u[6:9]
+        filter_.step(u)
+    assert filter_["used"].tolist() == [1.0, 1.0, -1.0, -1.0, 1.0, 1.0]
+    assert (np.abs(filter_["angle"] - one.angles) < 4.0 * filter_["deviation.angle"]).all()
+
+
 def test_a_shape_that_jumps_is_taken_up_anew():
     # Another line than the one that was followed: told by the NIS. The end's marker, which a
     # folded last bar contradicts, is refused for the 14 frames that it may be, then believed.

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 from pydantic import ValidationError
+from scipy.linalg import expm
 
 from components.compiled import functions
 from components.estimator import modal
@@ -115,6 +116,24 @@ def test_model_is_the_slope_of_lagranges_equations():
 
 PRINTED = LINE | {"mass_per_length": 0.2190, "weight": 0.1001, "flexural_rigidity": 1.337e-6}
 FIRST = np.array([-0.0183, 0.0276, 0.0085, 0.0262, 0.0633])  # of the joints, up: section 4
+
+
+def test_noise_of_a_step_with_much_drag():
+    """The integral of e^As Q e^A's by Gauss-Legendre, of a bar whose rate decays by e^-1000 in a step."""
+    line = given(bars=1, length=L, markers=2, angles=(), flexural_rigidity=0.0, normal_friction=2e4)
+    _, A = modal.rates(modal.inertia(line), modal.damping(line), np.zeros((1, 1)))
+    assert -A[1, 1] * H > 1000.0
+    model = modal.corrected(line, 1e-4, H)
+    # Over what decays at once, and over the rest.
+    expected = 0.0
+    for a, b in ((0.0, 0.01 * H), (0.01 * H, H)):
+        places, weights = np.polynomial.legendre.leggauss(40)
+        for s, w in zip(a + 0.5 * (b - a) * (places + 1.0), 0.5 * (b - a) * weights, strict=True):
+            column = expm(A * s)[:, 2:]
+            expected = expected + w * 1e-4 * column @ column.T
+    scale = np.sqrt(np.diag(expected))
+    error = (model.noise @ model.noise.T - expected) / np.outer(scale, scale)
+    assert np.abs(error).max() < 1e-6  # of the quadrature and rounding
 
 
 def test_first_forces_are_those_printed(unit):

@@ -357,6 +357,29 @@ def test_homography_is_the_pinholes_image_of_the_plane():
         Watched(looking={"reference_pixel": ((1.0, 1.0), (2.0, 2.0), (3.0, 3.0)), "reference_position": SURVEYED[:3]})
 
 
+@pytest.mark.parametrize(
+    ("pixels", "said"),
+    [
+        (((9.0, 9.0), (9.0, 9.0), (9.0, 9.0)), "on a line"),
+        (((9.0, 280.0), (200.0, 280.0), (400.0, 280.0), (9.0, 20.0)), "all reference points but one"),
+        (((9.0, 280.0), (400.0, 20.0), (400.0, 280.0), (9.0, 20.0)), "same order"),
+    ],
+)
+def test_calibrations_that_tell_no_plane_are_refused(pixels, said):
+    level = ((3.9, 3.0), (4.5, 3.0), (5.2, 3.0), (3.9, 2.4))
+    plane = level if "but one" in said else SURVEYED[: len(pixels)]
+    with pytest.raises(ValueError, match=said):
+        calibration.homography(np.array(pixels), np.array(plane))
+
+
+def test_markers_of_one_calibration_row_or_pixel():
+    # In one row nothing is known of the vertical scale: deviation 1, not infinite.
+    row = np.array([[10.0, 10.0], [40.0, 10.0], [70.0, 10.0]])
+    assert calibration.scale_deviation(row, 0.2).tolist() == pytest.approx([0.2 / np.sqrt(1800.0), 1.0])
+    with pytest.raises(ValueError, match="at one pixel"):
+        scales.calibrate(row[[0, 1, 1]], 0.2)
+
+
 def test_scale_deviations_are_those_of_calibrations_repeated():
     """Affinities through five points read with 0.2 pixel of noise, 4000 times: deviations to 5 %, four of their own."""
     rng, pixels = (

@@ -70,8 +70,9 @@ def write(p, m, state, s, w, y):
 
 def init(t_ns, dt_ns, p, u, x, y, w):
     """Begin with what the sensors say first."""
-    m = layout_of(p)
-    begin(p, m, p[tables_of(p)[2] + 1], p[GIVEN] > 0.0, u, x[: m.N], table(x, m.N, m.N, m.N))
+    m, l = layout_of(p), p[tables_of(p)[2] + 1]  # noqa: E741
+    gather(p, m, l, u, x[: m.N], w)
+    begin(p, m, l, p[GIVEN] > 0.0, w, x[: m.N], table(x, m.N, m.N, m.N))
     for i in range(m.R):
         x[m.N + m.N * m.N + i] = 0.0
     # Far from the first state, where bars could fold either way, no sensor is to be refused.
@@ -94,8 +95,8 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     read(p, m, p[GATE] * p[GATE], u, x, y, w)
     at, l = outputs_of(m.n).innovation + 2 * m.R, p[tables_of(p)[2] + 1]  # noqa: E741
     nis = y[at + 1]
-    if not nis <= p[GATE] * p[GATE] * y[at] and is_lost(p, m, l, dt_ns * 1e-9, u, x):
-        begin(p, m, l, False, u, x[:N], s)
+    if not nis <= p[GATE] * p[GATE] * y[at] and is_lost(p, m, l, dt_ns * 1e-9, w, x):
+        begin(p, m, l, False, w, x[:N], s)
         read(p, m, inf, u, x, y, w)
         y[at + 1] = nis if isfinite(nis) else LARGEST
     for i in range(N):

@@ -6,6 +6,7 @@ A kind is a branch of `expect` and a few lines of `gather`; the rest is the same
 from math import cos, floor, isfinite, log, pi, sin, sqrt
 
 from components.compiled import kernel
+from components.estimator.best.contradiction import refuse_impossible
 from components.estimator.best.layout import (
     BELIEVED_AFTER,
     DOWN,
@@ -77,7 +78,7 @@ def put(w, at, kind, where, one, two, cov):
 
 @kernel
 def gather(p, m, l, u, x, w):  # noqa: E741
-    """Write all readings' records, from the inputs."""
+    """Write all readings' records, from the inputs; markers that cannot be there are refused."""
     count, tilts, at, places = int(p[MARKERS]), int(p[TILTS]), m.records, tables_of(p)[1]
     takes = p[TAKES_COVARIANCE] > 0.0
     k = (8 if takes else 4) * count
@@ -87,6 +88,7 @@ def gather(p, m, l, u, x, w):  # noqa: E741
             cov = spread(u, i, count, takes, p[MARKER_VARIANCE])
             put(w, at, PLACE, p[places + i], u[3 * i], u[3 * i + 2], cov)
         at += READING
+    refuse_impossible(p, m, w)
     if p[END_VARIANCE] > 0.0:
         w[at + STATUS] = MISSING
         if u[k + 3] > 0.0 and abs(u[k]) < FAR and abs(u[k + 2]) < FAR and isfinite(u[k] + u[k + 2]):

@@ -13,21 +13,37 @@ from components.estimator.best.layout import (
     P_RATE,
     P_SPEED,
     PIVOT_SPREAD,
+    READING,
+    STATUS,
+    VALUE,
     tables_of,
 )
 from components.estimator.best.prediction import mean_load
-from components.estimator.chords import is_there
+from components.estimator.chords import USED
 from components.kinematics import wrapped
 
 LOST = 1.0  # from the chord of the markers about a bar [rad]
 
 
 @kernel
-def chord_at(p, u, where):
-    """The pair of markers around a place on the line, or the nearest pair: (first, second), -1 where there are none."""
+def is_used(m, w, i):
+    """Whether marker i has a position that is used, by its record."""
+    return w[m.records + i * READING + STATUS] == USED
+
+
+@kernel
+def chord_angle(m, w, a, b):
+    """Angle from marker a to marker b [rad]."""
+    one, two = m.records + a * READING + VALUE, m.records + b * READING + VALUE
+    return atan2(w[two + 1] - w[one + 1], w[two] - w[one])
+
+
+@kernel
+def chord_at(p, m, w, where):
+    """The pair of used markers around a place on the line, or the nearest: (first, second), -1 where there are none."""
     count, places, before, after = int(p[MARKERS]), tables_of(p)[1], -1, -1
     for i in range(count):
-        if not is_there(u, i, count):
+        if not is_used(m, w, i):
             continue
         if before < 0 or (p[places + i] <= where and after < 0):
             before = i
@@ -39,30 +55,31 @@ def chord_at(p, u, where):
         # The last two.
         after, before = before, -1
         for i in range(after):
-            if is_there(u, i, count):
+            if is_used(m, w, i):
                 before = i
     return before, after
 
 
 @kernel
-def begin(p, m, l, given, u, x, s):  # noqa: E741
-    """The first state: at rest, loads at their means, angles as `given` or by the markers; and its root s (N, N)."""
+def begin(p, m, l, given, w, x, s):  # noqa: E741
+    """The first state: at rest, loads at their means, angles as `given` or by the readings; and its root s (N, N)."""
     n, places = m.n, tables_of(p)[1]
     for j in range(m.N):
         x[j] = 0.0
     for i in range(n):
         x[i] = p[tables_of(p)[0] + i]
         if not given:
-            a, b = chord_at(p, u, (i + 0.5) * l)
+            a, b = chord_at(p, m, w, (i + 0.5) * l)
             if a >= 0:
-                x[i] = atan2(u[3 * b + 2] - u[3 * a + 2], u[3 * b] - u[3 * a])
+                x[i] = chord_angle(m, w, a, b)
     for j in range(m.loads):
         x[m.F + j] = mean_load(p, j)
     if m.loads > 2:
         x[m.place], x[m.place + 1] = p[NORTH], p[DOWN]
         for k in range(int(p[MARKERS])):
-            if not given and is_there(u, k, int(p[MARKERS])):
-                x[m.place], x[m.place + 1], left = u[3 * k], u[3 * k + 2], p[places + k]
+            if not given and is_used(m, w, k):
+                at = m.records + k * READING + VALUE
+                x[m.place], x[m.place + 1], left = w[at], w[at + 1], p[places + k]
                 for i in range(n):
                     part = min(l, left)
                     left -= part
@@ -79,13 +96,13 @@ def begin(p, m, l, given, u, x, s):  # noqa: E741
 
 
 @kernel
-def is_lost(p, m, l, h, u, x):  # noqa: E741
+def is_lost(p, m, l, h, w, x):  # noqa: E741
     """Whether a bar is far from where the markers about it have it, or turns half round in a step of h [s]."""
     for i in range(m.n):
-        a, b = chord_at(p, u, (i + 0.5) * l)
+        a, b = chord_at(p, m, w, (i + 0.5) * l)
         if a < 0:
             return False
-        apart = wrapped(x[i] - atan2(u[3 * b + 2] - u[3 * a + 2], u[3 * b] - u[3 * a]))
+        apart = wrapped(x[i] - chord_angle(m, w, a, b))
         if not (abs(apart) < LOST and abs(x[m.n + i]) * h < pi):
             return True
     return False

@@ -94,11 +94,12 @@ def _normaliser(points: np.ndarray) -> np.ndarray:
 def homography(pixels: np.ndarray, plane: np.ndarray) -> np.ndarray:
     """(9,) from undistorted pixels (k, 2) to the plane (k, 2) [m]; with three points the affinity through them.
 
-    Normalised direct linear transformation (ibid., algorithm 4.2). Raises ValueError if the points lie on a line.
+    Normalised direct linear transformation (ibid., algorithm 4.2). Raises ValueError if the points, or all but one of
+    them, lie on a line, or if no camera sees them so.
     """
     for name, points in (("pixels", pixels), ("positions", plane)):
         spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-        if spread[1] < 1e-3 * spread[0]:
+        if spread[1] <= 1e-3 * spread[0]:
             raise ValueError(f"the reference {name} lie on a line: no scale across it follows from them")
     if len(pixels) == 3:
         solved = np.linalg.solve(np.column_stack([pixels, np.ones(3)]), plane)
@@ -109,13 +110,20 @@ def homography(pixels: np.ndarray, plane: np.ndarray) -> np.ndarray:
         x, y = (a @ [*p, 1.0])[:2], (b @ [*q, 1.0])[:2]
         rows.append([*x, 1.0, 0.0, 0.0, 0.0, *(-y[0] * np.array([*x, 1.0]))])
         rows.append([0.0, 0.0, 0.0, *x, 1.0, *(-y[1] * np.array([*x, 1.0]))])
-    h = np.linalg.inv(b) @ np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3) @ a
+    _, sizes, vectors = np.linalg.svd(np.array(rows))
+    if sizes[7] <= 1e-3 * sizes[0]:
+        raise ValueError("all reference points but one lie on a line: move one off it, or give three that do not")
+    h = np.linalg.inv(b) @ vectors[-1].reshape(3, 3) @ a
+    depths = pixels @ h[2, :2] + h[2, 2]
+    if not depths.min() * depths.max() > 0.0:
+        raise ValueError("no camera sees the reference positions at these pixels: are they in the same order?")
     return np.ravel(h / h[2, 2])
 
 
 def scale_deviation(pixels: np.ndarray, deviation: float) -> np.ndarray:
     """(2,) relative standard deviations of the scales along u and v, of points read with this deviation [pixel].
 
-    As of an affinity's diagonal in least squares, the points about their middle.
+    As of an affinity's diagonal in least squares, the points about their middle; 1 at most, as of points in one row.
     """
-    return deviation / np.linalg.norm(pixels - pixels.mean(axis=0), axis=0)
+    spread = np.linalg.norm(pixels - pixels.mean(axis=0), axis=0)
+    return deviation / np.maximum(spread, max(deviation, np.finfo(float).tiny))

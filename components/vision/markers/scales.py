@@ -46,11 +46,13 @@ def calibrate(pixels: np.ndarray, spacing: float) -> Affinity:
     """The affinity of an image whose markers (k, 2), in their order from the floor up, are one spacing [m] apart.
 
     With (3) as printed and the angles of the image, as far as they give a scale, else s_x. Raises ValueError if less
-    than two lie on the floor.
+    than two lie on the floor, or two are at one pixel.
     """
     if len(pixels) < 2:
         raise ValueError(f"{len(pixels)} markers are seen; two at least must lie on the floor for a scale")
     steps = np.diff(pixels, axis=0)
+    if not np.hypot(*steps.T).min() > 0.0:
+        raise ValueError("two markers that follow each other are at one pixel, which gives no scale")
     first = steps[0] / np.hypot(*steps[0])
     lies = np.abs(first[0] * steps[:, 1] - first[1] * steps[:, 0]) < LYING * np.linalg.norm(steps, axis=1)
     resting = int(np.argmin(np.append(lies, False))) + 1
