@@ -253,6 +253,45 @@ def test_a_torn_log_without_lines_is_told_of(run, tmp_path, capsys):
     assert "the file is not MCAP" in capsys.readouterr().err
 
 
+ODD = """
+from components.contract import Component, Parameters, Port
+
+class Nothing(Parameters):
+    pass
+
+def init(t_ns, dt_ns, p, u, x, y, w):
+    for i in range(len(y)):
+        y[i] = i % 7
+    return 0
+
+NAMES = (
+    "tension force_a thrust power running limit.x surface velocity position attitude valid payout_rate stored "
+    "error.position error.heading demand.force demand.moment validity.odd"
+)
+PORTS = tuple(Port(name, "N" if name == "thrust" else "1", (1,)) for name in NAMES.split())
+LINE = Port("nodes", "m", (4, 3), "NED")
+COMPONENT = Component(
+    name="odd",
+    parameters=Nothing,
+    inputs=lambda _: (),
+    outputs=lambda _: (*PORTS, LINE),
+    init=init,
+    step=init,
+    compiled=False,
+)
+"""
+
+
+def test_known_names_with_other_shapes(tmp_path, monkeypatch):
+    """A user's own component may call one number what ours have three of."""
+    monkeypatch.chdir(tmp_path)
+    Path("odd.py").write_text(ODD)
+    Path("odd.yaml").write_text("duration: 1 s\nstep: 100 ms\ncomponents: {odd: {model: ./odd.py}}\n")
+    assert main(["run", "odd.yaml", "--out", "odd.mcap"]) == 0
+    assert main(["report", "odd.mcap"]) == 0
+    assert 'id="tab-tensions"' in Path("odd.html").read_text(encoding="utf-8")
+
+
 def test_data_end_no_script_and_open_none():
     """In a script, `<!--<script>` would hide the end of it: HTML, 13.2.5.20, script data double escaped state."""
     whole = Window(0.0, 1.0)
