@@ -164,7 +164,8 @@ class _Reading:
         """Raises TowlineError."""
         interface, isolate = (tree.entries.get(key) for key in ("interface", "isolate"))
         wanted = str(interface.value) if isinstance(interface, Scalar) and interface.value is not None else ""
-        path = self._built(name) if "#" in name else (self._folder / name).absolute()
+        is_reference = "#" in name and not name.endswith(".fmu")
+        path = self._built(name) if is_reference else (self._folder / name).absolute()
         is_apart = isinstance(isolate, Scalar) and isolate.value is True
         return str(path), component_of(path, wanted, isolate=is_apart, overdue_s=overdue_ns / 1e9)
 

@@ -95,7 +95,7 @@ def from_log(
     """
     info = log.channel(channel)
     shapes = {port.name: port.shape for port in info.ports}
-    name = "position" if "valid" in shapes else "nodes"
+    name = "position" if "valid" in shapes and len(shapes.get("position", ())) == 2 else "nodes"
     if len(shapes.get(name, ())) != 2:
         have = ", ".join(f"{port} {shape}" for port, shape in shapes.items())
         raise LogError(

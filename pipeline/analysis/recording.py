@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
 from pipeline.analysis.ends import Ends, ends_of_log, ends_of_markers
-from pipeline.analysis.foreign import from_mcap
+from pipeline.analysis.foreign import DAMAGED, from_mcap
 from pipeline.analysis.line_order import in_line_order
 from pipeline.analysis.line_properties import Properties, properties
 from pipeline.analysis.line_record import LineRecord, has, line_record, stride
@@ -84,7 +83,7 @@ def _kind(path: Path) -> str:
     try:
         with open(path, "rb") as file:
             return LOG if make_reader(file).get_header().profile == PROFILE else MCAP
-    except (OSError, McapError):
+    except (OSError, *DAMAGED):
         return LOG
 
 

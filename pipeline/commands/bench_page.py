@@ -18,6 +18,7 @@ HEAD = """# Benchmarks
 Speed beside its error, error beside its reference. `towline bench NAME --page {page}` measures a section anew,
 `make bench` all of them. Machines are shared and noisy: believe ratios within a section, not numbers across sections.
 """
+TITLE = HEAD.partition("\n")[0]
 _HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
 
 
@@ -51,9 +52,15 @@ def split(rows: Sequence[Mapping[str, Any]]) -> tuple[list[str], dict[str, str]]
 
 
 def update(page: Path, name: str, measured: Measured) -> None:
-    """Put a benchmark's section in its place by name. Raises TowlineError if the page cannot be read or written."""
+    """Put a benchmark's section in its place by name.
+
+    Raises TowlineError if the page cannot be read or written, or is another text.
+    """
     try:
-        sections = _sections(page.read_text()) if page.exists() else {}
+        before = page.read_text() if page.exists() else ""
+        if before and not before.startswith(TITLE):
+            raise TowlineError(f"{page} does not begin with '{TITLE}': it is no page of benchmarks; name another")
+        sections = _sections(before)
         sections[name] = _section(page, measured)
         parts = [HEAD.format(page=page.name), *(f"## {key}\n\n{sections[key]}" for key in sorted(sections))]
         page.write_text("\n".join(part.rstrip() + "\n" for part in parts))

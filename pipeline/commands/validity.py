@@ -16,7 +16,7 @@ from pipeline.analysis.indicators import METHODS
 from pipeline.analysis.line_validity import TITLES
 from pipeline.analysis.marker_time import UNITS_NS
 from pipeline.analysis.reading import Reading
-from pipeline.analysis.recording import recordings
+from pipeline.analysis.recording import is_log, recordings
 from pipeline.analysis.tables import INDICATORS, failures, noise, rows
 from pipeline.analysis.validity import TENSION_TOLERANCE, Cable, Tolerance, judge
 from pipeline.analysis.vertical import UPS
@@ -56,10 +56,12 @@ def cables(arguments: argparse.Namespace, needed: bool = True) -> list[Cable]:
     noise_m = None if arguments.noise is None else _positive("noise", arguments.noise)
     reading = Reading(arguments.channel, arguments.field, arguments.up, arguments.time_unit)
     found = recordings(arguments.log, reading, needed)
-    if any(recording.is_log for recording in found):
+    if is_log(arguments.log):
         with open_log(arguments.log) as log:
             if log.warning:
                 warn(log.warning)
+    if not found:
+        return []
     with saying_that_fits_compile(arguments.method, arguments.json):
         return [
             judge(recording.with_noise(noise_m), arguments.method, tolerance, length, tension) for recording in found

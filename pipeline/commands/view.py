@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 import tempfile
 from pathlib import Path
 
 from pipeline.commands.output import console, print_json, warn
 from pipeline.errors import TowlineError
-from pipeline.log.reader import open_log
+from pipeline.log.reader import Log, open_log
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,19 +23,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(arguments: argparse.Namespace) -> int:
     """Write the recording, and show it."""
-    from pipeline.viewing.rerun_file import rerun_module, write_recording
+    from pipeline.viewing.rerun_file import rerun_module
     from pipeline.viewing.viewer import screenshot, show
 
     rerun_module()
     for out in filter(None, (arguments.screenshot, arguments.save)):
-        _check(out, arguments.overwrite)
+        _check(out, arguments.log, arguments.overwrite)
     if arguments.at is not None and not arguments.screenshot:
         raise TowlineError("--at is the time of a picture; give --screenshot F.png too")
     with tempfile.TemporaryDirectory(prefix="towline-view-") as folder, open_log(arguments.log) as log:
         if log.warning:
             warn(log.warning)
         path = arguments.save or Path(folder) / "recording.rrd"
-        end_s = write_recording(log, arguments.log.stem, path)
+        end_s = _save(log, arguments.log.stem, path)
         if arguments.screenshot:
             at_s = end_s if arguments.at is None else arguments.at
             if not 0.0 <= at_s <= end_s:
@@ -50,7 +51,24 @@ def command(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _check(out: Path, overwrite: bool) -> None:
+def _save(log: Log, title: str, path: Path) -> float:
+    """Write the recording whole or not at all; gives the time of its end [s]."""
+    from pipeline.viewing.rerun_file import write_recording
+
+    fresh = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        end_s = write_recording(log, title, fresh)
+        fresh.replace(path)
+    except OSError as error:
+        raise TowlineError(f"{path}: cannot be written: {error.strerror}") from error
+    finally:
+        fresh.unlink(missing_ok=True)
+    return end_s
+
+
+def _check(out: Path, log: Path, overwrite: bool) -> None:
+    if out.exists() and log.exists() and out.samefile(log):
+        raise TowlineError(f"{out} is the log itself; choose another name")
     if out.exists() and not overwrite:
         raise TowlineError(f"{out} exists already; choose another name, or give --overwrite")
     if not out.absolute().parent.is_dir():

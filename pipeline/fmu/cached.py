@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
+from functools import cache
 from pathlib import Path
+from zipfile import is_zipfile
 
-from components.cache import cache_folder
+from components.cache import SOURCES, cache_folder
+from components.contract import Component
 from pipeline.errors import TowlineError
 from pipeline.fmu.instance import Instance, instance
 
@@ -29,24 +32,46 @@ def cached_fmu(folder: Path, reference: str) -> Path:
     finally:
         _asked.pop()
     path = cache_folder() / "fmus" / f"{name}_{_key(found)}.fmu"
-    if not path.exists():
+    if not is_zipfile(path):  # it is not there, or damaged
         from pipeline.fmu.build import build  # with numba
 
-        archive = build(found, FMI)
+        _keep(path, build(found, FMI))
+    return path
+
+
+def _keep(path: Path, archive: bytes) -> None:
+    """Write an FMU whole or not at all. Raises TowlineError."""
+    fresh = path.with_suffix(f".{os.getpid()}.tmp")
+    try:
         path.parent.mkdir(exist_ok=True)
-        fresh = path.with_suffix(f".{os.getpid()}.tmp")
         fresh.write_bytes(archive)
         fresh.replace(path)
-    return path
+    except OSError as error:
+        fresh.unlink(missing_ok=True)
+        raise TowlineError(f"{path}: the FMU cannot be kept: {error.strerror}") from error
 
 
 def _key(found: Instance) -> str:
     """A hash of all that the FMU is made of beside the sources, by which the cache's folder is named."""
     p = found.component.pack(found.parameters, found.seed)
     told = f"{found.component.name} {found.parameters!r} {found.seed} {found.step_ns} {found.start_ns} {found.inputs}"
-    return hashlib.sha256(told.encode() + p.tobytes() + _own_source(found)).hexdigest()[:16]
+    return hashlib.sha256(told.encode() + p.tobytes() + _builder() + _own(found.component)).hexdigest()[:16]
 
 
-def _own_source(found: Instance) -> bytes:
-    """The file of a component of the user's own, which no source hash knows."""
-    return Path(found.component.step.__code__.co_filename).read_bytes()
+@cache
+def _builder() -> bytes:
+    """The sources of this folder, which the cache's folder is not named by: those in C become a part of every FMU."""
+    sources = (path for path in Path(__file__).parent.rglob("*") if path.suffix in (".py", ".c", ".h"))
+    return b"".join(path.read_bytes() for path in sorted(sources))
+
+
+def _own(component: Component) -> bytes:
+    """Of a component of the user's own: its files, with those beside it, and the code they make with what they read."""
+    files = {Path(function.__code__.co_filename) for function in (component.init, component.step)}
+    folders = sorted({file.parent for file in files if not file.is_relative_to(SOURCES)})
+    if not folders:
+        return b""
+    from pipeline.fmu.machine_code import object_code  # with numba
+
+    texts = (path.read_bytes() for folder in folders for path in sorted(folder.glob("*.py")))
+    return b"".join(texts) + object_code(component)

@@ -25,7 +25,7 @@ class Live:
             )
         except Exception as error:  # the server's are of many kinds
             raise TowlineError(f"--live {endpoint}: cannot listen there: {error}") from error
-        self.url = f"ws://{host}:{self._server.port}"
+        self.url = f"ws://{f'[{host}]' if ':' in host else host}:{self._server.port}"
 
     def declare(self, topic: str, message: str, descriptors: bytes) -> None:
         """Make a channel known. message: its full protobuf name; descriptors: a FileDescriptorSet that has it."""

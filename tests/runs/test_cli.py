@@ -325,3 +325,8 @@ def test_page_of_benchmarks(tmp_path):
     assert "one" not in second.partition("## b")[2]
     with pytest.raises(TowlineError, match="No such file"):
         update(tmp_path / "absent" / "page.md", "a", Measured("", rows, [], 1.0, (0.1, 0.2)))
+    other = tmp_path / "README.md"
+    other.write_text("# Mine")
+    with pytest.raises(TowlineError, match="no page of benchmarks"):
+        update(other, "a", Measured("", rows, [], 1.0, (0.1, 0.2)))
+    assert other.read_text() == "# Mine"

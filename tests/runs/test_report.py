@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.analysis.page.charts import thinned, when
+from pipeline.analysis.page.charts import Window, thinned, when
+from pipeline.analysis.page.document import document
 from pipeline.analysis.report import write
 from pipeline.cli import main
 
@@ -237,6 +238,66 @@ def test_a_log_without_lines_has_a_page_too(run, tmp_path):
     text = (tmp_path / "ball.html").read_text(encoding="utf-8")
     assert [one["name"] for one in json.loads(data(text))["scene"]["bodies"]] == ["ball"]
     assert 'id="tab-catenary"' not in text
+
+
+def test_a_torn_log_without_lines_is_told_of(run, tmp_path, capsys):
+    log = run("{ball: {model: vessel.mass, parameters: {mass: 2 kg, position: [0 m, 0 m, 3 m]}}}")
+    torn = tmp_path / "torn.mcap"
+    content = log.path.read_bytes()
+    torn.write_bytes(content[: len(content) // 2])
+    assert main(["report", str(torn)]) == 0
+    assert "was interrupted: readable up to" in capsys.readouterr().err
+    assert "was interrupted: readable up to" in torn.with_suffix(".html").read_text(encoding="utf-8")
+    torn.write_bytes(b"hello")
+    assert main(["report", str(torn), "--overwrite"]) == 1
+    assert "the file is not MCAP" in capsys.readouterr().err
+
+
+ODD = """
+from components.contract import Component, Parameters, Port
+
+class Nothing(Parameters):
+    pass
+
+def init(t_ns, dt_ns, p, u, x, y, w):
+    for i in range(len(y)):
+        y[i] = i % 7
+    return 0
+
+NAMES = (
+    "tension force_a thrust power running limit.x surface velocity position attitude valid payout_rate stored "
+    "error.position error.heading demand.force demand.moment validity.odd"
+)
+PORTS = tuple(Port(name, "N" if name == "thrust" else "1", (1,)) for name in NAMES.split())
+LINE = Port("nodes", "m", (4, 3), "NED")
+COMPONENT = Component(
+    name="odd",
+    parameters=Nothing,
+    inputs=lambda _: (),
+    outputs=lambda _: (*PORTS, LINE),
+    init=init,
+    step=init,
+    compiled=False,
+)
+"""
+
+
+def test_known_names_with_other_shapes(tmp_path, monkeypatch):
+    """A user's own component may call one number what ours have three of."""
+    monkeypatch.chdir(tmp_path)
+    Path("odd.py").write_text(ODD)
+    Path("odd.yaml").write_text("duration: 1 s\nstep: 100 ms\ncomponents: {odd: {model: ./odd.py}}\n")
+    assert main(["run", "odd.yaml", "--out", "odd.mcap"]) == 0
+    assert main(["report", "odd.mcap"]) == 0
+    assert 'id="tab-tensions"' in Path("odd.html").read_text(encoding="utf-8")
+
+
+def test_data_end_no_script_and_open_none():
+    """In a script, `<!--<script>` would hide the end of it: HTML, 13.2.5.20, script data double escaped state."""
+    whole = Window(0.0, 1.0)
+    page = document("<!--<script>", "", [], None, whole, None, [(0.5, "</script><!--<script>")])
+    assert page.count("<script") == page.count("</script>") == 2
+    assert "<!--" not in page
 
 
 def test_a_table_of_markers_has_a_page(made, tmp_path):

@@ -1,11 +1,13 @@
 """Scenes whose components are FMUs of other scenes give the native scenes' bits, wire by wire."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pipeline.errors import ScenarioError
+from pipeline.fmu.cached import cached_fmu
 from pipeline.log.reader import open_log
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario, load_scenario_text
@@ -55,3 +57,64 @@ def test_a_scene_made_of_itself(tmp_path):
     path.write_text("duration: 1 s\nstep: 50 ms\ncomponents:\n  boom: {fmu: 'own.yaml#boom'}\n")
     with pytest.raises(ScenarioError, match="is made of itself"):
         load_scenario(path)
+
+
+SPRING = """
+import sys
+sys.path.insert(0, {folder!r})
+from gain_beside import GAIN
+from components.contract import HEADER, Component, Parameters, Port, quantity
+
+class Spring(Parameters):
+    stiffness: float = quantity("N/m", "k", gt=0)
+
+def init(t_ns, dt_ns, p, u, x, y, w):
+    return 0
+
+def step(t_ns, dt_ns, p, u, x, y, w):
+    y[0] = -GAIN * p[HEADER] * u[0]
+    return 0
+
+COMPONENT = Component(
+    name="own_spring",
+    parameters=Spring,
+    inputs=lambda _: (Port("place", "m"),),
+    outputs=lambda _: (Port("force", "N"),),
+    init=init,
+    step=step,
+)
+"""
+SCENE = """
+duration: 1 s
+step: 50 ms
+components: {spring: {model: ./own spring.py, parameters: {stiffness: 8 N/m}, inputs: {place: 1 m}}}
+"""
+
+
+def test_an_own_component_is_built_anew_when_a_file_beside_it_changes(tmp_path, monkeypatch):
+    """As runs without an FMU compile it anew; what is damaged in the cache is built anew too."""
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    (tmp_path / "own spring.py").write_text(SPRING.format(folder=str(tmp_path)))
+    (tmp_path / "own scene.yaml").write_text(SCENE)
+
+    def built(gain):
+        (tmp_path / "gain_beside.py").write_text(f"GAIN = {gain}\n")
+        for name in [one for one in sys.modules if one.startswith(("gain_beside", "towline_model_own spring"))]:
+            monkeypatch.delitem(sys.modules, name)  # as in a new process
+        return cached_fmu(tmp_path, "own scene.yaml#spring")
+
+    first = built(1.0)
+    archive = first.read_bytes()
+    second = built(2.05)
+    assert second.read_bytes() != archive
+    assert built(1.0) == first
+    first.write_bytes(archive[:1000])
+    assert built(1.0).read_bytes() == archive
+    for path in (first, second):
+        path.unlink()
+
+
+def test_a_file_with_the_sign_of_references_in_its_name(tmp_path):
+    text = "duration: 1 s\nstep: 50 ms\ncomponents:\n  boom: {fmu: 'no#1.fmu'}\n"
+    with pytest.raises(ScenarioError, match=r"no#1\.fmu cannot be read"):
+        load_scenario_text(text, "own.yaml", tmp_path)

@@ -4,6 +4,7 @@ import asyncio
 import importlib.util
 import json
 import re
+import socket
 import struct
 import sys
 from pathlib import Path
@@ -97,6 +98,15 @@ def test_bad_endpoint(endpoint):
         Live(endpoint, "test")
 
 
+def test_address_of_version_6():
+    pytest.importorskip("foxglove", reason="foxglove-sdk (extra `live`) is not installed")
+    if not socket.has_ipv6:
+        pytest.skip("this machine has no IPv6")
+    server = Live("[::1]:0", "test")
+    server.close()
+    assert re.fullmatch(r"ws://\[::1\]:\d+", server.url)
+
+
 def test_live_messages_are_those_of_the_log(tmp_path):
     """A viewer that speaks foxglove.sdk.v1 by websockets gets each message, with the log's bytes and times."""
     websockets = pytest.importorskip("websockets", reason="websockets (extra `dev`) is not installed")
@@ -147,3 +157,21 @@ def test_recording_for_rerun(tmp_path):
     assert out.stat().st_size > 10_000
     assert main(["view", str(SAMPLE), "--save", str(out)]) == 1
     assert main(["view", str(SAMPLE), "--at", "1"]) == 1
+
+
+@needs_rerun
+def test_neither_log_nor_recording_is_lost(tmp_path, capsys):
+    """Not by a recording in the log's place, and not by a log that turns out to be damaged."""
+    log, out = tmp_path / "own.mcap", tmp_path / "own.rrd"
+    content = bytearray(SAMPLE.read_bytes())
+    content[len(content) // 2 : len(content) // 2 + 200] = bytes(200)
+    log.write_bytes(content)
+    out.write_bytes(b"an older recording")
+    for option in ("--save", "--screenshot"):
+        assert main(["view", str(log), option, str(log), "--overwrite"]) == 1
+        assert "is the log itself" in capsys.readouterr().err
+    assert main(["view", str(log), "--save", str(out), "--overwrite"]) == 1
+    assert "is damaged" in capsys.readouterr().err
+    assert log.read_bytes() == content
+    assert out.read_bytes() == b"an older recording"
+    assert sorted(tmp_path.iterdir()) == [log, out]

@@ -28,7 +28,7 @@ def tab(signals: Signals) -> Tab | None:
 
 def performance(signals: Signals, name: str) -> tuple[float, float, float, float]:
     """Root mean square and largest error of position [m] and heading [deg]."""
-    distance = np.linalg.norm(signals.port(name, "error.position"), axis=1)
+    distance = np.linalg.norm(signals.rows(name, "error.position"), axis=1)
     angle = np.abs(np.degrees(signals.port(name, "error.heading")))
     return _rms(distance), float(distance.max()), _rms(angle), float(angle.max())
 
@@ -42,7 +42,7 @@ def _row(signals: Signals, name: str) -> list[str]:
 
 
 def _errors(signals: Signals, name: str) -> list[Chart]:
-    t, error = signals.t(name), signals.port(name, "error.position")
+    t, error = signals.t(name), signals.rows(name, "error.position")
     distance = Series("distance", t, np.linalg.norm(error, axis=1), faint=True)
     parts = [Series(axis, t, error[:, i]) for i, axis in enumerate(AXES[: error.shape[1]])]
     angle = [Series("heading", t, np.degrees(signals.port(name, "error.heading")))]
@@ -54,7 +54,7 @@ def _errors(signals: Signals, name: str) -> list[Chart]:
 
 def _forces(signals: Signals, name: str) -> list[Chart]:
     """Demand beside what the allocator said to achieve, and what the thrusters gave."""
-    if not signals.has(name, "demand.force", "demand.moment"):
+    if not signals.has(name, "demand.force", "demand.moment") or signals.shape(name, "demand.force")[:1] < (2,):
         return []
     sources = [("demanded", name, "demand")]
     for allocator in signals.having("achieved.force", "achieved.moment"):

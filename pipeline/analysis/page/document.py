@@ -85,8 +85,8 @@ def _tab(tab: Tab, charts: list[Chart]) -> Iterator[str]:
 
 
 def _json(data: dict[str, Any]) -> str:
-    """JSON that may stand in a script element: no `</`, no numbers that are none."""
-    return json.dumps(data, allow_nan=False, separators=(",", ":"), ensure_ascii=False).replace("</", "<\\/")
+    """JSON that may stand in a script element: no `<`, no numbers that are none."""
+    return json.dumps(data, allow_nan=False, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
 
 
 def _asset(name: str) -> str:

@@ -14,7 +14,7 @@ def bodies(signals: Signals) -> list[str]:
     return [
         name
         for name in signals.having("position", "attitude", "velocity")
-        if signals.channels[name].port("position")[0].shape == (3,)
+        if {signals.shape(name, port) for port in ("position", "attitude", "velocity")} == {(3,)}
     ]
 
 
@@ -35,6 +35,8 @@ def tab(signals: Signals) -> Tab | None:
             tilt = [("roll", attitude[:, 0]), ("pitch", attitude[:, 1])]
             charts.append(Chart(f"Roll and pitch of {name}", "angle [°]", _of(signals, name, tilt)))
     for name in signals.having("payout_rate", "stored"):
+        if signals.shape(name, "payout_rate") or signals.shape(name, "stored"):
+            continue
         rate, stored = signals.port(name, "payout_rate"), signals.port(name, "stored")
         charts.append(Chart(f"Payout by {name}", "rate [m/s]", _of(signals, name, [("paid out", rate)])))
         charts.append(Chart(f"Length left on {name}", "length [m]", _of(signals, name, [("stored", stored)])))

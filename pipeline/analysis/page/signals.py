@@ -55,6 +55,14 @@ class Signals:
         values = self._values[channel][port]
         return values.reshape(len(values), *self.channels[channel].port(port)[0].shape)
 
+    def rows(self, channel: str, port: str) -> np.ndarray:
+        """(k, n): also of a port that is one number, as components of a user's own may have it under any name."""
+        return self._values[channel][port]
+
+    def shape(self, channel: str, port: str) -> tuple[int, ...]:
+        """Of each message."""
+        return self.channels[channel].port(port)[0].shape
+
     def ports(self, channel: str) -> list[str]:
         """Names of the ports read."""
         return list(self._values.get(channel, {}))

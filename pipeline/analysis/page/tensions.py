@@ -11,7 +11,11 @@ from pipeline.analysis.page.tab import Tab, heading
 
 def lines(signals: Signals) -> list[str]:
     """The channels of lines."""
-    return [name for name in signals.having("nodes") if len(signals.channels[name].port("nodes")[0].shape) == 2]
+    return [name for name in signals.having("nodes") if _is_line(signals.shape(name, "nodes"))]
+
+
+def _is_line(shape: tuple[int, ...]) -> bool:
+    return len(shape) == 2 and shape[0] > 1 and shape[1] == 3
 
 
 def tab(signals: Signals) -> Tab | None:
@@ -28,16 +32,16 @@ def _charts(signals: Signals, name: str) -> list[Chart]:
     t, found = signals.t(name), []
     curves = []
     if signals.has(name, "tension"):
-        tension = signals.port(name, "tension")
+        tension = signals.rows(name, "tension")
         curves.append(Series("greatest along the line", t, tension.max(axis=1), faint=True))
     for end in "ab":
         if signals.has(name, f"force_{end}"):
-            force = np.linalg.norm(signals.port(name, f"force_{end}"), axis=1)
+            force = np.linalg.norm(signals.rows(name, f"force_{end}"), axis=1)
             curves.append(Series(f"on the holder of end {end}", t, force))
     if curves:
         found.append(Chart(f"Tension of {name}", "tension [N]", curves))
     for end in "ab":
-        if signals.has(name, f"force_{end}"):
+        if signals.has(name, f"force_{end}") and signals.shape(name, f"force_{end}") == (3,):
             force = signals.port(name, f"force_{end}")
             axes = [Series(axis, t, force[:, i]) for i, axis in enumerate(("north", "east", "down"))]
             found.append(Chart(f"Force of {name} on the holder of end {end}", "force [N]", axes))
@@ -46,7 +50,7 @@ def _charts(signals: Signals, name: str) -> list[Chart]:
     if signals.has(name, "unstretched_length"):
         apart.append(Series("unstretched length", t, signals.port(name, "unstretched_length")))
     found.append(Chart(f"Length of {name}", "length [m]", apart))
-    measures = [one for one in signals.ports(name) if one.startswith("validity.")]
+    measures = [one for one in signals.ports(name) if one.startswith("validity.") and not signals.shape(name, one)]
     if measures:
         curves = [
             Series(one.partition(".")[2], t, signals.port(name, one), faint=one == "validity.range")

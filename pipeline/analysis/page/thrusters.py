@@ -24,7 +24,7 @@ def _charts(signals: Signals, name: str) -> list[Chart]:
     found = [_of_each(signals, name, "thrust", "Thrust", "thrust [kN]", 1e-3)]
     if signals.has(name, "power"):
         found.append(_of_each(signals, name, "power", "Power", "power [kW]", 1e-3))
-        t, power = signals.t(name), 1e-3 * signals.port(name, "power").sum(axis=1)
+        t, power = signals.t(name), 1e-3 * signals.rows(name, "power").sum(axis=1)
         found.append(Chart("Power of all", "power [kW]", [Series("all", t, power)]))
     if signals.has(name, "azimuth"):
         found.append(_of_each(signals, name, "azimuth", "Direction", "azimuth [°]", 180.0 / np.pi))
@@ -32,14 +32,14 @@ def _charts(signals: Signals, name: str) -> list[Chart]:
     if lanes:
         found.append(Chart(f"Limits met by {name}", "limit", lanes=lanes, caption="Bars: while it is so."))
     if signals.has(name, "running"):
-        stopped = signals.port(name, "running") < 0.5
+        stopped = signals.rows(name, "running") < 0.5
         lanes = [(f"thruster {i + 1}", when(signals.t(name), stopped[:, i])) for i in range(stopped.shape[1])]
         found.append(Chart("Thrusters out of order", "thruster", lanes=lanes, caption="Bars: while it does not run."))
     return found
 
 
 def _of_each(signals: Signals, name: str, port: str, title: str, axis: str, scale: float) -> Chart:
-    values = scale * signals.port(name, port)
+    values = scale * signals.rows(name, port)
     curves = [Series(f"{i + 1}", signals.t(name), values[:, i]) for i in range(values.shape[1])]
     return Chart(f"{title} of each thruster", axis, curves)
 

@@ -19,6 +19,8 @@ def tab(signals: Signals) -> Tab | None:
             Chart(f"Speed of the {name}", "speed [m/s]", [*curves, Series("mean", t, signals.port(name, "mean"))])
         )
     for name in signals.having("surface", "velocity"):
+        if signals.shape(name, "velocity")[-1:] != (3,):
+            continue
         t, velocity = signals.t(name), signals.port(name, "velocity").reshape(len(signals.t(name)), -1, 3)
         depths, count = signals.entries.array(name, "depths"), velocity.shape[1]
         labels = [f"at {z:g} m" for z in depths] if len(depths) == count else [f"{i + 1}" for i in range(count)]
