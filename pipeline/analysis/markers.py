@@ -9,6 +9,7 @@ import numpy as np
 from pipeline.errors import LogError
 from pipeline.log.reader import Log
 
+ESTIMATORS = "estimator."  # models of the family that tells of lines which are elsewhere in the scene
 FARTHEST = 1e12  # m: what is further is no place, such as the largest float that some tools write for a lost marker
 
 
@@ -112,4 +113,14 @@ def marker_channels(log: Log) -> list[str]:
     """Channels with markers; if there are none, the lines' channels (those with nodes)."""
     ports = {name: {port.name: port.shape for port in info.ports} for name, info in log.channels.items()}
     tracked = [name for name, p in ports.items() if "valid" in p and len(p.get("position", ())) == 2]
-    return tracked or [name for name, p in ports.items() if len(p.get("nodes", ())) == 2]
+    return tracked or lines(log)
+
+
+def lines(log: Log) -> list[str]:
+    """Channels with a line's nodes: the port `nodes` of shape (n, 3). What an estimator says of a line is none."""
+    return [
+        name
+        for name, info in log.channels.items()
+        if any(port.name == "nodes" and len(port.shape) == 2 for port in info.ports)
+        and not info.metadata.get("model", "").startswith(ESTIMATORS)
+    ]

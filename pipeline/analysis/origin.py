@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.analysis.markers import lines
 from pipeline.analysis.scenario_entries import Entries
 from pipeline.log.reader import Log
 
@@ -47,12 +48,6 @@ def lines_without_markers(log: Log, tracked: list[str]) -> list[str]:
     if "" in tracked:
         return []  # the log does not tell which line a channel is of
     return [name for name in lines(log) if name not in tracked]
-
-
-def lines(log: Log) -> list[str]:
-    """Channels with a line's nodes: the port `nodes` of shape (n, 3)."""
-    ports = {name: {port.name: port.shape for port in info.ports} for name, info in log.channels.items()}
-    return [name for name, shapes in ports.items() if len(shapes.get("nodes", ())) == 2]
 
 
 def _arc(found: Entries, channel: str) -> np.ndarray | None:

@@ -13,8 +13,8 @@ from pipeline.analysis.line_order import in_line_order
 from pipeline.analysis.line_properties import Properties, properties
 from pipeline.analysis.line_record import LineRecord, has, line_record, stride
 from pipeline.analysis.marker_csv import from_csv
-from pipeline.analysis.markers import MarkerFrames, from_log, marker_channels
-from pipeline.analysis.origin import Origin, lines, lines_without_markers, origin
+from pipeline.analysis.markers import MarkerFrames, from_log, lines, marker_channels
+from pipeline.analysis.origin import Origin, lines_without_markers, origin
 from pipeline.analysis.reading import Reading
 from pipeline.analysis.scenario_entries import entries
 from pipeline.errors import LogError

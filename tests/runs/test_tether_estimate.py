@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.analysis.markers import lines
 from pipeline.log.reader import open_log
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario
@@ -29,7 +30,12 @@ def seen(tmp_path_factory):
     def at(component, port):
         return log.port(component, port)[np.searchsorted(log.times(component), steps)]
 
+    at.log = log
     return at
+
+
+def test_it_is_not_judged_as_a_line_of_its_own(seen):
+    assert lines(seen.log) == ["tether"]
 
 
 def rms(values):

@@ -7,7 +7,7 @@ than the filter steps. So one Ornstein-Uhlenbeck process is added at both ends a
 from math import isfinite, sqrt
 
 from components.compiled import kernel
-from components.estimator.tether.correction import correct, product, project
+from components.correction import correct, project
 from components.estimator.tether.layout import (
     CELL,
     CELL_TIME,
@@ -46,8 +46,7 @@ def use_cell(q, u, t, h, state, cov, kept, w):
     row, by = w[ROWS : ROWS + STATES], w[ROWS + STATES : ROWS + 2 * STATES]
     write_row(kept, 0, row)
     innovation = u[TENSION] - kept[TENSIONS] - state[D]
-    project(cov, row, by)
-    variance = product(row, by) + q[CELL]
+    variance = project(cov, row, by) + q[CELL]
     nis = innovation * innovation / variance
     if not nis <= q[GATE]:
         return WILD, nis
@@ -60,5 +59,4 @@ def deviation(q, cov, kept, end, w):
     """Standard deviation [N] of the tension at end a (0) or b (1)."""
     row, by = w[ROWS : ROWS + STATES], w[ROWS + STATES : ROWS + 2 * STATES]
     write_row(kept, end, row)
-    project(cov, row, by)
-    return sqrt(max(product(row, by), 0.0) + (q[TRANSFER] if end == 1 else 0.0))
+    return sqrt(max(project(cov, row, by), 0.0) + (q[TRANSFER] if end == 1 else 0.0))

@@ -9,7 +9,7 @@ not with the estimate, cov(r, e) = s^2 a^3 / 6 and cov(v, e) = s^2 a^2 / 2 (a me
 from math import asin, isfinite, sqrt
 
 from components.compiled import kernel
-from components.estimator.tether.correction import correct, product, project
+from components.correction import correct, product, project
 from components.estimator.tether.layout import (
     AGITATION,
     ANGLE,

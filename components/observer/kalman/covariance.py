@@ -112,26 +112,3 @@ def begin_anew(cov, i, variance):
     for j in range(STATES):
         cov[i, j] = cov[j, i] = 0.0
     cov[i, i] = variance
-
-
-@kernel
-def project(cov, row, by):
-    """Write by = P row' (15); returns row P row'."""
-    total = 0.0
-    for i in range(STATES):
-        by[i] = 0.0
-        for j in range(STATES):
-            by[i] += cov[i, j] * row[j]
-        total += row[i] * by[i]
-    return total
-
-
-@kernel
-def correct(state, cov, by, innovation, variance):
-    """Use a scalar measurement with by = P H' and the innovation's variance: one gain, and a symmetric P."""
-    for i in range(STATES):
-        gain = by[i] / variance
-        state[i] += gain * innovation
-        for j in range(i + 1):
-            cov[i, j] -= gain * by[j]
-            cov[j, i] = cov[i, j]

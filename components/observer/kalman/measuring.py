@@ -3,8 +3,8 @@
 from math import cos, sin
 
 from components.compiled import kernel
+from components.correction import correct, project
 from components.kinematics import wrapped
-from components.observer.kalman.covariance import correct, project
 from components.observer.layout import ETA, NU, STATES, WAVE
 from components.observer.motion import swing_back
 from components.observer.reading import USED, WILD
