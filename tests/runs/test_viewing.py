@@ -90,7 +90,7 @@ def test_absent_package_is_told(package, extra, words, monkeypatch, capsys, tmp_
     if words[0] == "run":
         words = ["run", str(ROOT / "scenarios" / "van_der_pol.yaml"), "--out", str(tmp_path / "a.mcap"), "--live"]
     assert main(words) == 1
-    assert 'is not installed; pip install "' in capsys.readouterr().err
+    assert f'is not installed; pip install -e ".[{extra}]"' in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
