@@ -71,7 +71,7 @@ class Line(Parameters):
 
     def chain(self, quadratic: float = 0.0) -> np.ndarray:
         """The numbers of `lagrangian.constants`; quadratic: drag across per length [N s^2/m^3]."""
-        l = self.bar  # noqa: E741
+        l = self.bar
         mass, weight = self.mass_per_length * l, self.weight * l
         springs, c, J = self.springs(), 0.5 * self.gamma * l, mass * l * l / 12.0
         return constants(self.bars, l, mass, weight, springs, c, J, self.normal_friction, quadratic, 0.0)

@@ -224,7 +224,7 @@ def write_estimate(p, m, x, root, columns, w, y):
 
     w: scratch, 3 columns.
     """
-    n, TL, springs, l = m.n, m.TL, m.k, p[BAR]  # noqa: E741
+    n, TL, springs, l = m.n, m.TL, m.k, p[BAR]
     out = outputs_of(n)
     north, down, r_x, r_z = w[:columns], w[columns : 2 * columns], p[NORTH], p[DOWN]
     before = w[2 * columns : 3 * columns]

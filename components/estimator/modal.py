@@ -43,7 +43,7 @@ def printed_inertia(line: Line) -> np.ndarray:
 
     (13) and (15) print other numbers in the first element and the second column, with which M is not definite.
     """
-    n, l, m = line.bars, line.bar, line.mass_per_length * line.bar  # noqa: E741
+    n, l, m = line.bars, line.bar, line.mass_per_length * line.bar
     after = n - 1 - np.maximum.outer(np.arange(n), np.arange(n))
     M = 0.5 * m * l * l * (2.0 * after + line.gamma)
     M[np.diag_indices(n)] = m * l * l * (0.25 * line.gamma**2 + np.diag(after))
@@ -52,7 +52,7 @@ def printed_inertia(line: Line) -> np.ndarray:
 
 def damping(line: Line) -> np.ndarray:
     """By the joints' rates: drag across, linear, on straight bars. The paper has none."""
-    n, l, T = line.bars, line.bar, joints(line.bars)  # noqa: E741
+    n, l, T = line.bars, line.bar, joints(line.bars)
     part = line.normal_friction * l
     after = l * (n - 1 - np.maximum.outer(np.arange(n), np.arange(n)))
     C = part * l * (0.5 * l + after)

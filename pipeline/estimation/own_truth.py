@@ -54,7 +54,7 @@ class Twin:
 
     def at(self, places: np.ndarray) -> np.ndarray:
         """(k, 2) north and down of places along the line [m]."""
-        n, l = self.line.bars, self.line.bar  # noqa: E741
+        n, l = self.line.bars, self.line.bar
         pivot = np.array(self.line.position)[[0, 2]]
         if isinstance(self.line, Best) and self.line.pivot == "moving":
             pivot = self.truth[self.filter.layout.place :][:2]

@@ -7,7 +7,7 @@ from typing import Any
 from pipeline.errors import TowlineError
 
 BACKLOG = 8192  # messages kept for a viewer that is slow; the oldest are dropped, and are in the log all the same
-ABSENT = "the WebSocket for viewers is not installed; pip install 'towline[live]', or pip install foxglove-sdk"
+ABSENT = 'the WebSocket for viewers is not installed; pip install -e ".[live]" in the folder of Towline'
 
 
 class Live:

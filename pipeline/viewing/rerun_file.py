@@ -13,7 +13,7 @@ from pipeline.log.reader import Log
 from pipeline.viewing.drawn import Drawn, drawn, shown_unit
 
 TIMELINE = "time"
-ABSENT = "Rerun is not installed; pip install 'towline[view]', or pip install rerun-sdk"
+ABSENT = 'Rerun is not installed; pip install -e ".[view]" in the folder of Towline'
 LINE, BODY, TRACK = (255, 153, 25), (51, 153, 255), (130, 140, 150)  # colours
 PLOTS = 6  # of a component, in the layout; the others are in the list of entities
 

@@ -1,4 +1,4 @@
-"""The main scene with recording: times real time, beside the error of end force and shape against a converged run."""
+"""The pool chain with recording: times real time, beside the error of end force and shape against a converged run."""
 
 from __future__ import annotations
 

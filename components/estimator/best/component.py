@@ -32,7 +32,7 @@ LARGEST = 1e12  # that a NIS is given as
 def read(p, m, gate, u, x, y, w):
     """Use what the sensors say and write all outputs."""
     n, N = m.n, m.N
-    state, s, l = x[:N], table(x, N, N, N), p[tables_of(p)[2] + 1]  # noqa: E741
+    state, s, l = x[:N], table(x, N, N, N), p[tables_of(p)[2] + 1]
     out = outputs_of(n)
     gather(p, m, l, u, state, w)
     count, nis, density, times = use_all(p, m, l, gate, state, s, x[N + N * N :], w, y, out.innovation)
@@ -70,7 +70,7 @@ def write(p, m, state, s, w, y):
 
 def init(t_ns, dt_ns, p, u, x, y, w):
     """Begin with what the sensors say first."""
-    m, l = layout_of(p), p[tables_of(p)[2] + 1]  # noqa: E741
+    m, l = layout_of(p), p[tables_of(p)[2] + 1]
     gather(p, m, l, u, x[: m.N], w)
     begin(p, m, l, p[GIVEN] > 0.0, w, x[: m.N], table(x, m.N, m.N, m.N))
     for i in range(m.R):
@@ -93,7 +93,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     triangulate(wide, N, N + m.K, N + m.K)
     keep_triangle(wide, s)
     read(p, m, p[GATE] * p[GATE], u, x, y, w)
-    at, l = outputs_of(m.n).innovation + 2 * m.R, p[tables_of(p)[2] + 1]  # noqa: E741
+    at, l = outputs_of(m.n).innovation + 2 * m.R, p[tables_of(p)[2] + 1]
     nis = y[at + 1]
     if not nis <= p[GATE] * p[GATE] * y[at] and is_lost(p, m, l, dt_ns * 1e-9, w, x):
         begin(p, m, l, False, w, x[:N], s)

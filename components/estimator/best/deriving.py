@@ -14,7 +14,7 @@ def derive(p, m, x, w, d):
     """Write nodes beyond the pivot (2 n), moments (n), tensions (n) and the end's tension into d (4 n + 1)."""
     n = m.n
     bars, out = bars_at(p, tables_of(p)[2]), slopes_at(w, m.slopes, n)
-    l, X = bars.l, table(w, m.columns, n, 3 * n + 6)  # noqa: E741
+    l, X = bars.l, table(w, m.columns, n, 3 * n + 6)
     alpha, v, load = w[m.spare : m.spare + n], w[m.spare + n : m.spare + n + 2], w[m.spare + n + 2 : m.spare + n + 6]
     north, down = p[NORTH], p[DOWN]
     v[0] = v[1] = load[2] = load[3] = 0.0

@@ -40,7 +40,7 @@ CURVED = 0.01
 
 
 @kernel
-def expect(p, m, l, kind, where, x, one, two):  # noqa: E741
+def expect(p, m, l, kind, where, x, one, two):
     """What a sensor of this kind at `where` [m] would say (2 numbers), and the rows (N) of its slope."""
     n = m.n
     for j in range(m.N):
@@ -77,7 +77,7 @@ def put(w, at, kind, where, one, two, cov):
 
 
 @kernel
-def gather(p, m, l, u, x, w):  # noqa: E741
+def gather(p, m, l, u, x, w):
     """Write all readings' records, from the inputs; markers that cannot be there are refused."""
     count, tilts, at, places = int(p[MARKERS]), int(p[TILTS]), m.records, tables_of(p)[1]
     takes = p[TAKES_COVARIANCE] > 0.0
@@ -121,7 +121,7 @@ def whiten(w, at, one, two, first, second):
 
 
 @kernel
-def judge(p, m, l, gate, x, s, refusals, w, rows, by):  # noqa: E741
+def judge(p, m, l, gate, x, s, refusals, w, rows, by):
     """Write the squares of the readings' normalised innovations; refuse those above `gate`.
 
     Not where they are most, nor one that was refused BELIEVED_AFTER times in a row: then it is not that reading that is
@@ -158,7 +158,7 @@ def judge(p, m, l, gate, x, s, refusals, w, rows, by):  # noqa: E741
 
 
 @kernel
-def use(p, m, l, x, s, guess, base, w, one, two, by, y, out):  # noqa: E741
+def use(p, m, l, x, s, guess, base, w, one, two, by, y, out):
     """Use all readings about the state `guess`; x: before, then after. Returns number, NIS and density's logarithm."""
     count, nis, density = 0, 0.0, 0.0
     for j in range(m.N):
@@ -185,7 +185,7 @@ def use(p, m, l, x, s, guess, base, w, one, two, by, y, out):  # noqa: E741
 
 
 @kernel
-def curvature(p, m, l, x, guess, w, one, two):  # noqa: E741
+def curvature(p, m, l, x, guess, w, one, two):
     """By how many deviations a reading expected at x differs at most from its tangent at `guess`."""
     worst = 0.0
     for i in range(m.R):
@@ -206,7 +206,7 @@ def curvature(p, m, l, x, guess, w, one, two):  # noqa: E741
 
 
 @kernel
-def use_all(p, m, l, gate, x, s, refusals, w, y, out):  # noqa: E741
+def use_all(p, m, l, gate, x, s, refusals, w, y, out):
     """Use the readings by the iterated extended filter (Bell and Cathey 1993: Gauss-Newton); writes innovations.
 
     The innovations are those about the prediction, which alone are independent. Returns number, NIS, density's

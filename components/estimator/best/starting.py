@@ -61,7 +61,7 @@ def chord_at(p, m, w, where):
 
 
 @kernel
-def begin(p, m, l, given, w, x, s):  # noqa: E741
+def begin(p, m, l, given, w, x, s):
     """The first state: at rest, loads at their means, angles as `given` or by the readings; and its root s (N, N)."""
     n, places = m.n, tables_of(p)[1]
     for j in range(m.N):
@@ -96,7 +96,7 @@ def begin(p, m, l, given, w, x, s):  # noqa: E741
 
 
 @kernel
-def is_lost(p, m, l, h, w, x):  # noqa: E741
+def is_lost(p, m, l, h, w, x):
     """Whether a bar is far from where the markers about it have it, or turns half round in a step of h [s]."""
     for i in range(m.n):
         a, b = chord_at(p, m, w, (i + 0.5) * l)

@@ -74,7 +74,7 @@ def pull(p, m, state, root, w):
 
     Psi_i - W_i = F l s_i, s_i the sum of theta_n - theta_j from i on, theta the bars' own angles.
     """
-    n, N, L, TL, l = m.n, m.N, m.L, m.TL, p[BAR]  # noqa: E741
+    n, N, L, TL, l = m.n, m.N, m.L, m.TL, p[BAR]
     q, s, by_q, by_s = w[:n], w[n : 2 * n], w[2 * n : 3 * n], w[3 * n : 4 * n]
     qs = ss = reach = 0.0
     last = expected(m, state, n - 1, n)

@@ -88,7 +88,7 @@ def root_of(P, root):
 
 
 @kernel
-def lever(m, l, state, i):  # noqa: E741
+def lever(m, l, state, i):
     """l s_i of (13)-(16): theta_i+1 + 2 theta_i+2 + ..., times l."""
     total = 0.0
     for j in range(i + 1, m.n):
@@ -97,7 +97,7 @@ def lever(m, l, state, i):  # noqa: E741
 
 
 @kernel
-def pull(m, l, state, root):  # noqa: E741
+def pull(m, l, state, root):
     """Mean tension by the forces at all joints but the last, as figure 15 has it, and its deviation.
 
     Each is the force over l s_i: so do the first forces that are printed follow from F = 0.5 N and the first angles, to

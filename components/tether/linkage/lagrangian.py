@@ -31,7 +31,7 @@ class Bars(NamedTuple):
     """A chain of n bars of length l [m]: see `constants`, in whose order these lie."""
 
     n: int
-    l: float  # noqa: E741
+    l: float
     c_S: float
     k_S: float
     clamp: float
@@ -60,7 +60,7 @@ class Slopes(NamedTuple):
 
 
 def constants(
-    n: int, l: float, mass: float, weight: float, springs: np.ndarray, c: float, J: float,  # noqa: E741
+    n: int, l: float, mass: float, weight: float, springs: np.ndarray, c: float, J: float,
     c_S: float, k_S: float, clamp: float,
 ) -> np.ndarray:  # fmt: skip
     """The numbers of a chain for `bars_at`: (HEAD + n^2 + 3 n,) float64.
@@ -109,7 +109,7 @@ def slopes_at(w, at, n):
 @kernel
 def drag(bars, i, xi, omega, v0, out):
     """Add the drag across at the point xi of bar i, which stands for half of it; v0 (2): the pivot's velocity."""
-    l, J, dJ = bars.l, out.J, out.dJ  # noqa: E741
+    l, J, dJ = bars.l, out.J, out.dJ
     c, s = out.cos[i], out.sin[i]
     v, turned = c * v0[1] - s * v0[0], -c * v0[0] - s * v0[1]
     for j in range(i):
@@ -140,7 +140,7 @@ def evaluate(bars, theta, omega, alpha, v0, load, out):
     theta, omega, alpha: (n) angles [rad], rates, second rates; v0: (2) the pivot's velocity [m/s]; load: (4) force on
     the free end [N] and the pivot's acceleration [m/s^2]; each vector north and down.
     """
-    n, l = bars.n, bars.l  # noqa: E741
+    n, l = bars.n, bars.l
     for i in range(n):
         c, s = cos(theta[i]), sin(theta[i])
         out.cos[i], out.sin[i], row = c, s, out.load[i]
