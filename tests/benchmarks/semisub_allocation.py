@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -70,7 +71,8 @@ def draw(log: Log, path: Path) -> None:
     panels[2][2].plot(t, miss, color=METHODS["newton"], linestyle="--", linewidth=1.0, label="without limits")
     _name(panels[2][2], "missed, thrusts cut off at their largest", "force [kN]")
     panels[2][2].legend(frameon=False, fontsize=8)
-    figure.savefig(path)
+    with rc_context({"svg.hashsalt": "towline"}):  # the same data give the same file
+        figure.savefig(path, metadata={"Date": None})
 
 
 def _name(ax: Axes, title: str, quantity: str) -> None:

@@ -20,6 +20,7 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 from peers import towline_line
@@ -203,7 +204,8 @@ def draw(table: list[dict], path: Path) -> None:
         ax.tick_params(axis="y", which="minor", labelsize=7)
     axes[0][0].set_ylabel("end tension error, rms [%]")
     figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
-    figure.savefig(path)
+    with rc_context({"svg.hashsalt": "towline"}):  # the same data give the same file
+        figure.savefig(path, metadata={"Date": None})
 
 
 def rows() -> list[dict]:
