@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import io
 import re
@@ -17,7 +18,7 @@ from pipeline.fmu.description import Experiment, description
 from pipeline.fmu.instance import Instance
 from pipeline.fmu.machine_code import object_code
 from pipeline.fmu.platforms import folder_here
-from pipeline.fmu.source import header, tables
+from pipeline.fmu.source import model
 from pipeline.fmu.variables import Contents, Variable, contents, elements, independent
 
 SOURCES = Path(__file__).parent / "native"
@@ -41,7 +42,7 @@ def build(of: Instance, fmi: int) -> bytes:
     identifier = re.sub(r"\W", "_", component.name, flags=re.ASCII)
     code = object_code(component)
     token = _token(fmi, code, found, variables, experiment)
-    library = _library(fmi, code, header(found, step_ns, experiment.step_is_fixed), tables(found, variables, token))
+    library = _library(fmi, code, model(found, variables, token, step_ns, experiment.step_is_fixed))
     document = description(fmi, found, variables, token, identifier, experiment)
     return _archive({"modelDescription.xml": document, f"binaries/{folder_here(fmi)}/{identifier}.so": library})
 
@@ -78,24 +79,36 @@ def _compiler() -> str:
     raise TowlineError(f"no C compiler found ({', '.join(COMPILERS)}), which links the FMU's library; {remedy}")
 
 
-def _library(fmi: int, code: bytes, header_text: str, tables_text: str) -> bytes:
-    compiler = _compiler()
+def _library(fmi: int, code: bytes, source: str) -> bytes:
     with tempfile.TemporaryDirectory(prefix="towline-fmu-") as name:
         folder = Path(name)
         (folder / "kernels.o").write_bytes(code)
-        (folder / "model.h").write_text(header_text)
-        (folder / "model.c").write_text(tables_text)
-        sources = [str(SOURCES / source) for source in (*SHARED, *OF_STANDARD[fmi])]
-        words = [compiler, *FLAGS, f"-I{folder}", f"-I{SOURCES}", *sources, "model.c", "kernels.o", *LINKING]
-        try:
-            done = subprocess.run(
-                [*words, "-o", "library.so"], cwd=folder, capture_output=True, text=True, timeout=COMPILING_S
-            )
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise TowlineError(f"{compiler} did not link the FMU's library: {error}") from error
-        if done.returncode != 0:
-            raise TowlineError(f"{compiler} did not link the FMU's library: {_first_error(done.stderr)}")
+        (folder / "model.c").write_text(source)
+        for shared, content in _shared_code(fmi).items():
+            (folder / shared).write_bytes(content)
+        _run(folder, "model.c", "kernels.o", *_shared_code(fmi), *LINKING, "-o", "library.so")
         return (folder / "library.so").read_bytes()
+
+
+@functools.cache
+def _shared_code(fmi: int) -> dict[str, bytes]:
+    """The object files of native/, which are the same for each model, by name."""
+    with tempfile.TemporaryDirectory(prefix="towline-fmu-") as name:
+        _run(Path(name), "-c", *(str(SOURCES / source) for source in (*SHARED, *OF_STANDARD[fmi])))
+        return {path.name: path.read_bytes() for path in sorted(Path(name).iterdir())}
+
+
+def _run(folder: Path, *words: str) -> None:
+    """The C compiler in a folder. Raises TowlineError."""
+    compiler = _compiler()
+    try:
+        done = subprocess.run(
+            [compiler, *FLAGS, f"-I{SOURCES}", *words], cwd=folder, capture_output=True, text=True, timeout=COMPILING_S
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise TowlineError(f"{compiler} did not link the FMU's library: {error}") from error
+    if done.returncode != 0:
+        raise TowlineError(f"{compiler} did not link the FMU's library: {_first_error(done.stderr)}")
 
 
 def _first_error(text: str) -> str:

@@ -1,4 +1,4 @@
-"""The C sources that an FMU's library is compiled from beside native/: its sizes, tables and formulas."""
+"""The C source that an FMU's library is compiled from beside native/: its sizes, tables and formulas."""
 
 from __future__ import annotations
 
@@ -14,41 +14,37 @@ BLOCKS = {"time": "TIME", "input": "INPUT", "output": "OUTPUT", "parameter": "PA
 CONSTANTS = {"real": "REAL", "integer": "INTEGER", "boolean": "BOOLEAN", "text": "TEXT"}
 
 
-def header(contents: Contents, step_ns: int, step_is_fixed: bool) -> str:
-    """model.h: lengths of the vectors, the step that init is told, and whether others are refused."""
+def model(contents: Contents, variables: tuple[Variable, ...], token: str, step_ns: int, step_is_fixed: bool) -> str:
+    """model.c: what core.h declares. variables: in the order of their value references."""
     p = contents.component.pack(contents.parameters, contents.seed)
     lengths = {
         "N_U": _count(contents.variables, "input"),
         "N_X": int(p[N_X]),
         "N_Y": _count(contents.variables, "output"),
-        "N_W": int(p[N_W]),
         "N_Q": _count(contents.variables, "parameter"),
         "N_P": len(p),
+        "N_W": int(p[N_W]),
+        "N_VARIABLES": len(variables),
+        "N_STATUS_TEXTS": len(contents.component.status_text),
     }
-    lines = [f"#define {name} {length}" for name, length in lengths.items()]
-    lines += [f"#define STEP_NS INT64_C({step_ns})", *(["#define STEP_IS_FIXED"] if step_is_fixed else [])]
-    return "\n".join(lines) + "\n"
-
-
-def tables(contents: Contents, variables: tuple[Variable, ...], token: str) -> str:
-    """model.c: what core.h declares. variables: in the order of their value references."""
     starts = {role: _starts(contents.variables, role) for role in ("input", "parameter")}
     constants = {kind: _starts(contents.variables, "constant", kind) for kind in CONSTANTS}
     texts = contents.component.status_text.items()
     return "\n".join(
         [
             '#include <math.h>\n\n#include "core.h"\n',
+            f"const size_t {', '.join(f'{name} = {length}' for name, length in lengths.items())};",
+            f"const int64_t STEP_NS = INT64_C({step_ns});\nconst int STEP_IS_FIXED = {int(step_is_fixed)};",
             f"const char MODEL_NAME[] = {_string(contents.component.name)}, MODEL_TOKEN[] = {_string(token)};",
             _table("double MODEL_U", map(_double, starts["input"])),
             _table("double MODEL_Q", map(_double, starts["parameter"])),
-            _table("double MODEL_P", map(_bound, contents.component.pack(contents.parameters, contents.seed))),
+            _table("double MODEL_P", map(_bound, p)),
             _table("double MODEL_REALS", map(_double, constants["real"])),
             _table("int64_t MODEL_INTEGERS", (f"INT64_C({value})" for value in constants["integer"])),
             _table("int MODEL_BOOLEANS", (str(int(value)) for value in constants["boolean"])),
             _table("char *const MODEL_TEXTS", map(_string, constants["text"])),
             _table("Limit MODEL_LIMITS", _limits(contents.variables)),
             _table("Variable MODEL_VARIABLES", map(_variable, variables)),
-            f"const size_t N_VARIABLES = {len(variables)}, N_STATUS_TEXTS = {len(texts)};",
             _table("StatusText MODEL_STATUS_TEXTS", (f"{{{code}, {_string(text)}}}" for code, text in texts)),
             _formulas(contents.formulas.steps, contents.formulas.assigned),
         ]

@@ -26,12 +26,19 @@ Instance *instance_new(const char *name) {
     if (!instance)
         return NULL;
     instance->name = calloc(1, length);
-    if (!instance->name) {
-        free(instance);
+    instance->state = calloc(1, state_bytes());
+    instance->w = calloc(N_W > 0 ? N_W : 1, sizeof(double));
+    if (!instance->name || !instance->state || !instance->w) {
+        instance_free(instance);
         return NULL;
     }
     if (name)
         memcpy(instance->name, name, length);
+    instance->u = instance->state->vectors;
+    instance->x = instance->u + N_U;
+    instance->y = instance->x + N_X;
+    instance->q = instance->y + N_Y;
+    instance->p = instance->q + N_Q;
     instance_reset(instance);
     return instance;
 }
@@ -39,17 +46,18 @@ Instance *instance_new(const char *name) {
 void instance_free(Instance *instance) {
     if (!instance)
         return;
+    free(instance->w);
+    free(instance->state);
     free(instance->name);
     free(instance);
 }
 
 void instance_reset(Instance *instance) {
-    State *state = &instance->state;
-    memset(state, 0, sizeof *state);
-    memcpy(state->u, MODEL_U, N_U * sizeof(double));
-    memcpy(state->q, MODEL_Q, N_Q * sizeof(double));
-    memcpy(state->p, MODEL_P, N_P * sizeof(double));
-    state->phase = INSTANTIATED;
+    memset(instance->state, 0, state_bytes());
+    memcpy(instance->u, MODEL_U, N_U * sizeof(double));
+    memcpy(instance->q, MODEL_Q, N_Q * sizeof(double));
+    memcpy(instance->p, MODEL_P, N_P * sizeof(double));
+    instance->state->phase = INSTANTIATED;
 }
 
 Status report(Instance *instance, Status status, const char *format, ...) {
@@ -66,14 +74,14 @@ Status report(Instance *instance, Status status, const char *format, ...) {
 int is_in(Instance *instance, Phase phase, const char *what) {
     static const char *const NAMES[] = {"before initialization mode", "in initialization mode", "between steps",
                                         "after termination", "after an error"};
-    if (instance->state.phase == (int64_t)phase)
+    if (instance->state->phase == (int64_t)phase)
         return 1;
-    report(instance, ERROR, "%s %s; it may be called %s only", what, NAMES[instance->state.phase], NAMES[phase]);
+    report(instance, ERROR, "%s %s; it may be called %s only", what, NAMES[instance->state->phase], NAMES[phase]);
     return 0;
 }
 
 double seconds(const Instance *instance) {
-    return (double)instance->state.t_ns / NS;
+    return (double)instance->state->t_ns / NS;
 }
 
 /* The nearest nanosecond; false where there is none. */
@@ -104,26 +112,25 @@ static const Variable *output_at(size_t i) {
 
 /* failure: what is logged and returned where there are no outputs. */
 static Status call(Instance *instance, Kernel *kernel, Status failure, int64_t t_ns, int64_t dt_ns) {
-    State *state = &instance->state;
     int64_t status = 0;
     void *raised = NULL;
     double t = (double)t_ns / NS;
-    int32_t code = kernel(&status, &raised, t_ns, dt_ns, state->p, state->u, state->x, state->y, instance->w);
+    int32_t code = kernel(&status, &raised, t_ns, dt_ns, instance->p, instance->u, instance->x, instance->y, instance->w);
     if (code != 0)
         return report(instance, failure, "%s failed at t = %.9f s (code %d)", MODEL_NAME, t, (int)code);
     if (status != 0)
         return report(instance, failure, "%s stopped at t = %.9f s with status %lld: %s", MODEL_NAME, t,
                       (long long)status, text_of(status));
     for (size_t i = 0; i < N_Y; i++)
-        if (!isfinite(state->y[i])) {
+        if (!isfinite(instance->y[i])) {
             const Variable *at = output_at(i);
-            return report(instance, failure, "output %s is %g at t = %.9f s", at ? at->name : "?", state->y[i], t);
+            return report(instance, failure, "output %s is %g at t = %.9f s", at ? at->name : "?", instance->y[i], t);
         }
     return OK;
 }
 
 Status initialization_plan(Instance *instance, double start, int has_stop, double stop) {
-    State *state = &instance->state;
+    State *state = instance->state;
     if (!is_in(instance, INSTANTIATED, "setting up the experiment"))
         return ERROR;
     if (!nanoseconds(start, &state->t_ns))
@@ -137,19 +144,19 @@ Status initialization_plan(Instance *instance, double start, int has_stop, doubl
 Status initialization_begin(Instance *instance) {
     if (!is_in(instance, INSTANTIATED, "entering initialization mode"))
         return ERROR;
-    instance->state.phase = INITIALIZING;
-    instance->state.is_stale = 1;
+    instance->state->phase = INITIALIZING;
+    instance->state->is_stale = 1;
     return OK;
 }
 
 Status initialize(Instance *instance, Status failure) {
-    State *state = &instance->state;
+    State *state = instance->state;
     if (state->is_stale) {
-        memset(state->x, 0, sizeof state->x);
-        memset(state->y, 0, sizeof state->y);
+        memset(instance->x, 0, N_X * sizeof(double));
+        memset(instance->y, 0, N_Y * sizeof(double));
         state->is_known = call(instance, kernel_init, failure, state->t_ns, STEP_NS) == OK;
         if (!state->is_known)
-            memset(state->y, 0, sizeof state->y);
+            memset(instance->y, 0, N_Y * sizeof(double));
         if (!state->is_known && failure == WARNING)
             report(instance, WARNING, "the outputs are zero until inputs and parameters are set with which they are known");
         state->is_stale = 0;
@@ -158,7 +165,7 @@ Status initialize(Instance *instance, Status failure) {
 }
 
 Status initialization_end(Instance *instance) {
-    State *state = &instance->state;
+    State *state = instance->state;
     if (!is_in(instance, INITIALIZING, "leaving initialization mode"))
         return ERROR;
     if (!state->is_known)
@@ -169,7 +176,7 @@ Status initialization_end(Instance *instance) {
 }
 
 Status step_to(Instance *instance, double t, double h) {
-    State *state = &instance->state;
+    State *state = instance->state;
     int64_t from_ns, end_ns;
     if (!is_in(instance, STEPPING, "a step"))
         return ERROR;
@@ -184,10 +191,8 @@ Status step_to(Instance *instance, double t, double h) {
     if (state->has_stop && (double)(end_ns - state->stop_ns) > DRIFT_NS)
         return report(instance, ERROR, "step to %.9f s, beyond the stop time %.9f s", t + h, (double)state->stop_ns / NS);
     int64_t dt_ns = end_ns - state->t_ns;
-#ifdef STEP_IS_FIXED
-    if (llabs(dt_ns - STEP_NS) > 1)
-        return report(instance, ERROR, "step of %g s; its force laws need %.9f s throughout", h, STEP_NS / NS);
-#endif
+    if (STEP_IS_FIXED && llabs(dt_ns - STEP_NS) > 1)
+        return report(instance, ERROR, "step of %g s; its force laws need %.9f s throughout", h, (double)STEP_NS / NS);
     Status status = call(instance, kernel_step, ERROR, end_ns, dt_ns);
     if (status != OK) {
         state->phase = FAILED;
@@ -198,6 +203,6 @@ Status step_to(Instance *instance, double t, double h) {
 }
 
 Status terminate(Instance *instance) {
-    instance->state.phase = TERMINATED;
+    instance->state->phase = TERMINATED;
     return OK;
 }

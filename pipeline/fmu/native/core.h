@@ -6,10 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "model.h" /* generated: the sizes, N_U ... N_Q, and STEP_NS */
-
 #define LOG_CATEGORY "logStatusError"
-#define AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
 
 /* The codes of both standards. */
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
@@ -36,9 +33,12 @@ typedef struct {
     const char *text;
 } StatusText;
 
-/* Of the generated model.c; value references index MODEL_VARIABLES. */
+/* Of the generated model.c, the only source that differs from model to model; value references index MODEL_VARIABLES.
+   STEP_NS: the step that init is told; STEP_IS_FIXED: whether others are refused. */
 extern const char MODEL_NAME[], MODEL_TOKEN[];
-extern const size_t N_VARIABLES, N_STATUS_TEXTS;
+extern const size_t N_U, N_X, N_Y, N_Q, N_P, N_W, N_VARIABLES, N_STATUS_TEXTS;
+extern const int64_t STEP_NS;
+extern const int STEP_IS_FIXED;
 extern const Variable MODEL_VARIABLES[];
 extern const Limit MODEL_LIMITS[];
 extern const StatusText MODEL_STATUS_TEXTS[];
@@ -49,22 +49,20 @@ extern const char *const MODEL_TEXTS[];
 /* Write the numbers of p that depend on the settable parameters q. */
 void model_parameters(const double *q, double *p);
 
-/* All that a later step depends on, and the outputs: what is saved, restored and serialized. */
+/* All that a later step depends on, and the outputs: what is saved, restored and serialized. vectors: u, x, y, q and p,
+   one after another. */
 typedef struct {
     /* is_stale: init is to be called again before outputs are read; is_known: when it was last, it gave them */
     int64_t phase, has_stop, is_stale, is_known;
     int64_t t_ns, stop_ns;
-    double u[AT_LEAST_ONE(N_U)];
-    double x[AT_LEAST_ONE(N_X)];
-    double y[AT_LEAST_ONE(N_Y)];
-    double q[AT_LEAST_ONE(N_Q)];
-    double p[AT_LEAST_ONE(N_P)];
+    double vectors[];
 } State;
 
-/* log: passes a message on to the environment, in the words of its standard. */
+/* u, x, y, q, p: where they are in the state; w: the workspace. log: passes a message on to the environment, in the words
+   of its standard. */
 typedef struct Instance {
-    State state;
-    double w[AT_LEAST_ONE(N_W)];
+    State *state;
+    double *u, *x, *y, *q, *p, *w;
     char *name;
     void (*log)(struct Instance *, Status, const char *message);
     void (*callback)(void);
@@ -100,6 +98,8 @@ Status is_given(Instance *, const void *references, size_t n, const void *values
 Status state_get(Instance *, State **state);
 Status state_restore(Instance *, const State *);
 Status state_free(State **state);
+/* Bytes of a State in memory. */
+size_t state_bytes(void);
 Status state_size(size_t *size);
 Status state_write(Instance *, const State *, char *bytes, size_t size);
 Status state_read(Instance *, const char *bytes, size_t size, State **state);

@@ -210,7 +210,7 @@ EXPORT Status fmi2CancelStep(Instance *c) {
 EXPORT Status fmi2GetStatus(Instance *c, StatusKind kind, Status *value) {
     if (!c || !value || kind != DO_STEP_STATUS)
         return refuse(c, 1, "this status is not provided");
-    *value = c->state.phase == FAILED ? ERROR : OK;
+    *value = c->state->phase == FAILED ? ERROR : OK;
     return OK;
 }
 

@@ -53,14 +53,13 @@ static void copy(double *to, const double *from, size_t count) {
 
 /* What get reads. */
 static const double *source(const Instance *instance, const Variable *at, const double *now) {
-    const State *state = &instance->state;
     switch (at->block) {
     case INPUT:
-        return state->u + at->first;
+        return instance->u + at->first;
     case OUTPUT:
-        return state->y + at->first;
+        return instance->y + at->first;
     case PARAMETER:
-        return state->q + at->first;
+        return instance->q + at->first;
     case REAL:
         return MODEL_REALS + at->first;
     default:
@@ -82,10 +81,10 @@ Status get_reals(Instance *instance, const uint32_t *references, size_t n, doubl
     Status status = OK;
     if (is_given(instance, references, n, values, "get") != OK || !is_filled(instance, references, n, n_values))
         return ERROR;
-    if (instance->state.phase < STEPPING && asks(OUTPUT, references, n)) {
-        if (instance->state.phase == INSTANTIATED)
+    if (instance->state->phase < STEPPING && asks(OUTPUT, references, n)) {
+        if (instance->state->phase == INSTANTIATED)
             return report(instance, DISCARD, "outputs are known from initialization mode on");
-        if (instance->state.phase == INITIALIZING)
+        if (instance->state->phase == INITIALIZING)
             status = initialize(instance, WARNING);
     }
     double now = asks(TIME, references, n) ? seconds(instance) : 0.0;
@@ -106,7 +105,7 @@ static Status allows(Instance *instance, const Variable *at, const double *value
     for (size_t k = 0; k < at->count; k++) {
         const Limit *limit = &MODEL_LIMITS[at->first + k];
         double value = values[k];
-        if (!limit->is_tunable && instance->state.phase > INITIALIZING)
+        if (!limit->is_tunable && instance->state->phase > INITIALIZING)
             return refuse(instance, at, "it is fixed once initialization mode is left");
         if (value < limit->low || (limit->low_is_open && value == limit->low))
             return report(instance, ERROR, "%s = %g; expected it %s %g", at->name, value,
@@ -131,7 +130,7 @@ static Status may_set(Instance *instance, const Variable *at, const double *valu
 
 /* Write those of the values that are of the block. */
 static void write(Instance *instance, Block block, const uint32_t *references, size_t n, const double *values) {
-    double *vector = block == INPUT ? instance->state.u : instance->state.q;
+    double *vector = block == INPUT ? instance->u : instance->q;
     for (size_t i = 0; i < n; i++) {
         const Variable *at = &MODEL_VARIABLES[references[i]];
         if (at->block == block)
@@ -142,17 +141,16 @@ static void write(Instance *instance, Block block, const uint32_t *references, s
 
 /* Set parameters and what follows from them; values whose p would not be finite are taken back. */
 static Status set_parameters(Instance *instance, const uint32_t *references, size_t n, const double *values) {
-    State *state = &instance->state;
     if (!asks(PARAMETER, references, n))
         return OK;
-    double before[AT_LEAST_ONE(N_Q)];
-    memcpy(before, state->q, sizeof before);
+    double before[N_Q];
+    memcpy(before, instance->q, sizeof before);
     write(instance, PARAMETER, references, n, values);
-    model_parameters(state->q, state->p);
+    model_parameters(instance->q, instance->p);
     for (size_t i = 0; i < N_P; i++)
-        if (!isfinite(state->p[i])) {
-            memcpy(state->q, before, sizeof before);
-            model_parameters(state->q, state->p);
+        if (!isfinite(instance->p[i])) {
+            memcpy(instance->q, before, sizeof before);
+            model_parameters(instance->q, instance->p);
             return report(instance, ERROR, "with these parameters a number of the model is not finite");
         }
     return OK;
@@ -160,7 +158,7 @@ static Status set_parameters(Instance *instance, const uint32_t *references, siz
 
 /* All of the values are set, or none. */
 Status set_reals(Instance *instance, const uint32_t *references, size_t n, const double *values, size_t n_values) {
-    State *state = &instance->state;
+    State *state = instance->state;
     if (is_given(instance, references, n, values, "set") != OK || !is_filled(instance, references, n, n_values))
         return ERROR;
     for (size_t i = 0, k = 0; i < n; k += MODEL_VARIABLES[references[i++]].count)
