@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pipeline.commands import bench_figure
 from pipeline.errors import TowlineError
 
 HEAD = """# Benchmarks
@@ -61,7 +62,7 @@ def update(page: Path, name: str, measured: Measured) -> None:
         if before and not before.startswith(TITLE):
             raise TowlineError(f"{page} does not begin with '{TITLE}': it is no page of benchmarks; name another")
         sections = _sections(before)
-        sections[name] = _section(page, measured)
+        sections[name] = _section(page, name, measured)
         parts = [HEAD.format(page=page.name), *(f"## {key}\n\n{sections[key]}" for key in sorted(sections))]
         page.write_text("\n".join(part.rstrip() + "\n" for part in parts))
     except OSError as error:
@@ -73,7 +74,13 @@ def _sections(text: str) -> dict[str, str]:
     return {name: body.strip() for name, body in zip(parts[::2], parts[1::2], strict=True)}
 
 
-def _section(page: Path, measured: Measured) -> str:
+def _figures(page: Path, name: str, measured: Measured) -> Sequence[Path]:
+    """Those that the benchmark drew itself; else one of its error against its speed, beside the page."""
+    out = page.absolute().parent / f"bench_{name}.svg"
+    return measured.figures or ([out] if bench_figure.draw(measured.rows, out) else [])
+
+
+def _section(page: Path, name: str, measured: Measured) -> str:
     differing, shared = split(measured.rows)
     lines = [
         measured.about,
@@ -82,7 +89,7 @@ def _section(page: Path, measured: Measured) -> str:
     ]
     lines += ["", *(f"- {column}: {value}" for column, value in shared.items())]
     folder = page.absolute().parent
-    lines += [f"\n![{figure.stem}]({os.path.relpath(figure, folder)})" for figure in measured.figures]
+    lines += [f"\n![{figure.stem}]({os.path.relpath(figure, folder)})" for figure in _figures(page, name, measured)]
     before, after = measured.load
     told = f"{_machine()}, load {before:.1f} before and {after:.1f} after, {measured.seconds:.0f} s."
     lines += ["", f"{time.strftime('%Y-%m-%d')}, {told}"]

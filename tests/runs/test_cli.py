@@ -325,6 +325,16 @@ def test_page_of_benchmarks(tmp_path):
     assert "one" not in second.partition("## b")[2]
     with pytest.raises(TowlineError, match="No such file"):
         update(tmp_path / "absent" / "page.md", "a", Measured("", rows, [], 1.0, (0.1, 0.2)))
+    pairs = [{"case": str(i), "method": "a", "us": 1.0 + i, "error": 10.0**-i} for i in range(4)]
+    update(page, "c", Measured("About c.", pairs, [], 1.0, (0.1, 0.2)))
+    assert "![bench_c](bench_c.svg)" in page.read_text()
+    drawn = (page.parent / "bench_c.svg").read_bytes()
+    update(page, "c", Measured("About c.", pairs, [], 1.0, (0.1, 0.2)))
+    assert (page.parent / "bench_c.svg").read_bytes() == drawn
+    for few in (pairs[:3], [{**row, "error": 0.0} for row in pairs], [{**row, "us": None} for row in pairs]):
+        update(page, "d", Measured("About d.", few, [], 1.0, (0.1, 0.2)))
+    assert "bench_d" not in page.read_text()
+    assert not (page.parent / "bench_d.svg").exists()
     other = tmp_path / "README.md"
     other.write_text("# Mine")
     with pytest.raises(TowlineError, match="no page of benchmarks"):
