@@ -1,6 +1,6 @@
 """Markers read as the angles of the chords between them, whose noise is shared by neighbours."""
 
-from math import atan2, cos, floor, isfinite, pi, sin, sqrt
+from math import cos, isfinite, sin
 
 from components.compiled import kernel
 
@@ -26,14 +26,6 @@ def spread(u, i, count, takes_covariance, variance):
         if a > 0.0 and c > 0.0 and a * c > b * b and isfinite(a + b + c):
             return a, b, c
     return variance, 0.0, variance
-
-
-@kernel
-def chord(dx, dz, expected):
-    """Length [m] and angle [rad] of a chord, as near to the expected angle as whole turns allow."""
-    angle = atan2(dz, dx)
-    turns = (expected - angle) / (2.0 * pi)
-    return sqrt(dx * dx + dz * dz), angle + 2.0 * pi * floor(turns + 0.5)
 
 
 @kernel

@@ -93,6 +93,14 @@ def inputs(line: Line) -> tuple[Port, ...]:
     return ports
 
 
+def doubts() -> tuple[Port, ...]:
+    """Whether what an estimator says is to be believed, see contradiction.py."""
+    return (
+        Port("contradiction", "1", (), "", "frames in a row in which sensors contradict each other or the estimate"),
+        Port("beginnings", "1", (), "", "times that it began anew from the markers"),
+    )
+
+
 def outputs(line: Line, innovations: int, readings: int) -> tuple[Port, ...]:
     """The estimate, how sure it is, and how well it met what was measured.
 

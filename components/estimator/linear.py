@@ -3,12 +3,12 @@
 The state: modal angles and rates in turn, then modal forces (n each); the angles' root of covariance B = H S.
 """
 
-from math import cos, sin, sqrt
+from math import atan2, cos, sin, sqrt
 from typing import Any, NamedTuple
 
 from components.compiled import kernel
 from components.contract import HEADER
-from components.estimator.chords import MISSING, REFUSED, SHORT, USED, across, between, chord, is_there, spread
+from components.estimator.chords import MISSING, REFUSED, SHORT, USED, across, between, is_there, spread
 from components.estimator.layout import outputs_of
 from components.estimator.roots import project
 from components.matrices import table
@@ -99,15 +99,19 @@ def expected(m, x, a, b):
 
 
 @kernel
-def string(p, m, x, w, at):
-    """Write the chords' records at w[at] from node to node, their noise included; how many."""
+def string(p, m, w, at):
+    """Write the chords' records at w[at] from node to node, their noise included; how many.
+
+    No bar of a line that is nearly level has turned beyond south, so that no whole turns are to be told.
+    """
     n, count, last = m.n, 0, -1
     for k in range(n + 1):
-        if w[k * NODE + THERE] == 0.0:
+        if not w[k * NODE + THERE] > 0.0:
             continue
         if last >= 0:
             c, a, b = at + count * CHORD, last * NODE, k * NODE
-            length, angle = chord(w[b + X] - w[a + X], w[b + Z] - w[a + Z], expected(m, x, last, k))
+            dx, dz = w[b + X] - w[a + X], w[b + Z] - w[a + Z]
+            length, angle = sqrt(dx * dx + dz * dz), atan2(dz, dx)
             co, si, over = cos(angle), sin(angle), 1.0 / max(length, 1e-9)
             C_a = w[a + COV], w[a + COV + 1], w[a + COV + 2]
             C_b = w[b + COV], w[b + COV + 1], w[b + COV + 2]
@@ -129,11 +133,12 @@ def string(p, m, x, w, at):
 
 
 @kernel
-def refuse(p, m, x, s, refusals, w, at, count, row, by):
+def refuse(p, m, impossible, x, s, refusals, w, at, count, row, by):
     """Mark as not there the nodes none of whose chords is believed; whether any is.
 
     Not where they are most, nor one that was refused BELIEVED_AFTER times in a row: then it is not that marker that is
-    wrong. refusals: (n + 1).
+    wrong. But while markers are `impossible` none is believed for that: it may be what they were taken for. refusals:
+    (n + 1).
     """
     n, gate = m.n, p[GATE] * p[GATE]
     for k in range(count):
@@ -145,7 +150,7 @@ def refuse(p, m, x, s, refusals, w, at, count, row, by):
     seen = bad = 0
     for turn in range(2):
         for k in range(n + 1):
-            if w[k * NODE + THERE] == 0.0 or (k == 0 and p[FIRST_NODE] > 0.0):
+            if not w[k * NODE + THERE] > 0.0 or (k == 0 and p[FIRST_NODE] > 0.0):
                 continue
             chords = believed = 0
             for i in range(count):
@@ -158,18 +163,10 @@ def refuse(p, m, x, s, refusals, w, at, count, row, by):
                 bad += 1 if chords > 0 and believed == 0 else 0
             elif chords == 0 or believed > 0 or 2 * bad > seen:
                 refusals[k] = 0.0
-            elif refusals[k] < p[BELIEVED_AFTER]:
-                refusals[k] += 1.0
+            elif impossible or refusals[k] < p[BELIEVED_AFTER]:
+                refusals[k] += 0.0 if impossible else 1.0
                 w[k * NODE + THERE] = REFUSED
     return 0 < 2 * bad <= seen
-
-
-@kernel
-def drop(w, n):
-    """Take the refused nodes for missing ones; their marks are kept by `mark` before."""
-    for k in range(n + 1):
-        if w[k * NODE + THERE] == REFUSED:
-            w[k * NODE + THERE] = 0.0
 
 
 @kernel
@@ -183,28 +180,23 @@ def mark(p, w, y):
 
 
 @kernel
-def chords_of(p, m, x, s, refusals, w, y, at, row, by):
-    """Gathered markers as chords, without those refused: how many. Writes which markers are used."""
-    count = string(p, m, x, w, at)
-    refused = refuse(p, m, x, s, refusals, w, at, count, row, by)
-    mark(p, w, y)
-    if refused:
-        drop(w, m.n)
-        count = string(p, m, x, w, at)
-    return count
+def chords_of(p, m, impossible, x, s, refusals, w, at, row, by):
+    """Gathered markers as chords, without those that the estimate contradicts: how many."""
+    count = string(p, m, w, at)
+    return string(p, m, w, at) if refuse(p, m, impossible, x, s, refusals, w, at, count, row, by) else count
 
 
 @kernel
-def begin(p, m, w, at, x):
-    """The first angles: as given, else as the chords are (those missing as their neighbours), at rest."""
+def begin(p, m, given, w, at, x):
+    """The first angles: as `given`, else as the chords are (those missing as their neighbours), at rest."""
     n, N, L, angle = m.n, m.N, m.L, w[at : at + m.n]
     for j in range(N):
         x[j] = 0.0
-    if p[GIVEN] > 0.0:
+    if given:
         for k in range(n):
             angle[k] = p[ANGLES + k]
     else:
-        count = string(p, m, x, w, at + n)
+        count = string(p, m, w, at + n)
         for k in range(n):
             angle[k] = 0.0
             for i in range(count):

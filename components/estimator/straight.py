@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import pi
+
 import numpy as np
 from pydantic import model_validator
 
@@ -23,6 +25,8 @@ class Linear(Line):
                 f"markers {self.spacing:g} m apart, the first at {self.first:g} m, are not at the ends of bars of "
                 f"{self.bar:g} m: set spacing to that, and first to it or to 0"
             )
+        if any(not abs(angle) < pi for angle in self.angles):
+            raise ValueError(f"angles are {self.angles} rad: expected those of a nearly level line, between -pi and pi")
         return self
 
     def numbers(self, model: modal.Modal) -> np.ndarray:

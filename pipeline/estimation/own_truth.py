@@ -82,13 +82,21 @@ class Twin:
             if line.tilts:
                 bars = np.minimum((np.array(line.tilts) / line.bar).astype(int), line.bars - 1)
                 parts += [self.angles[bars] + line.tilt_noise * noise(len(bars)), np.ones(len(bars))]
+            if line.gyros:
+                bars = np.minimum((np.array(line.gyros) / line.bar).astype(int), line.bars - 1)
+                rates = self.truth[line.bars + bars]
+                parts += [rates + line.gyro_noise * noise(len(bars)), np.ones(len(bars))]
         return np.concatenate([np.asarray(part, np.float64) for part in parts])
+
+    def move(self) -> np.ndarray:
+        """Move the truth on; what the sensors then say."""
+        fresh, _, noise = self.filter.moved(self.truth)
+        self.truth = fresh + noise @ self.random.standard_normal(noise.shape[1])
+        return self.inputs()
 
     def step(self) -> None:
         """Move the truth on, and the filter with what is then seen."""
-        fresh, _, noise = self.filter.moved(self.truth)
-        self.truth = fresh + noise @ self.random.standard_normal(noise.shape[1])
-        self.filter.step(self.inputs())
+        self.filter.step(self.move())
 
 
 def campaign(component: Component, parameters: Line, h: float, runs: int, steps: int, missing: float = 0.0) -> Campaign:

@@ -8,6 +8,7 @@ from components.compiled import functions
 from components.contract import Component, Parameters
 from components.estimator.best.component import COMPONENT as BEST
 from components.estimator.best.layout import layout_of
+from components.estimator.contradiction import KEPT
 from components.estimator.corrected.component import COMPONENT as CORRECTED
 from components.estimator.corrected.model import Corrected
 from components.estimator.modal import corrected
@@ -78,7 +79,7 @@ class Stepper:
             return self.model.transition @ state, self.model.transition, self.model.noise
         # A step without any reading moves the state only, and leaves its slopes in the scratch.
         N, columns = self.states, self.states + self.noises
-        x = np.concatenate([state, np.eye(N).ravel(), np.zeros(self.layout.R)])
+        x = np.concatenate([state, np.eye(N).ravel(), np.zeros(self.layout.R + KEPT)])
         if self._step(0, self.h_ns, self.p, np.zeros_like(self.u), x, np.empty_like(self.y), self.w):
             raise ValueError(f"{self.component.name}: the state moved to something non-finite")
         slopes = self.w[self.layout.moves :][: N * columns].reshape(N, columns).copy()

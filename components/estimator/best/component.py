@@ -19,7 +19,9 @@ from components.estimator.best.layout import (
 )
 from components.estimator.best.measuring import gather, use_all
 from components.estimator.best.prediction import predict
-from components.estimator.best.starting import begin, is_lost
+from components.estimator.best.starting import begin, is_lost, is_unlikely, is_wound
+from components.estimator.chords import REFUSED
+from components.estimator.contradiction import BEGINNINGS, FRAMES, KEPT, highest, keep
 from components.estimator.layout import outputs_of
 from components.estimator.roots import deviation, keep_triangle, multiply, triangulate
 from components.matrices import table
@@ -30,20 +32,22 @@ LARGEST = 1e12  # that a NIS is given as
 
 @kernel
 def read(p, m, gate, u, x, y, w):
-    """Use what the sensors say and write all outputs."""
+    """Use what the sensors say and write all outputs but the last; whether something is contradicted."""
     n, N = m.n, m.N
     state, s, l = x[:N], table(x, N, N, N), p[tables_of(p)[2] + 1]
     out = outputs_of(n)
-    gather(p, m, l, u, state, w)
-    count, nis, density, times = use_all(p, m, l, gate, state, s, x[N + N * N :], w, y, out.innovation)
+    contradicted = impossible = gather(p, m, l, u, state, w)
+    count, nis, density, times = use_all(p, m, l, gate, impossible, state, s, x[N + N * N :], w, y, out.innovation)
     end = out.innovation + 2 * m.R
     y[end], y[end + 1], y[end + 2] = count, nis, density
     for i in range(m.R):
         y[end + 3 + i] = w[m.records + i * READING + STATUS]
+        contradicted = contradicted or y[end + 3 + i] == REFUSED
     write(p, m, state, s, w, y)
     at = end + 3 + m.R
     y[at], y[at + 1], y[at + 2] = state[m.F], 0.0, state[m.F + 1]
     y[at + 3], y[at + 4], y[at + 5] = deviation(s, m.F), deviation(s, m.F + 1), times
+    return contradicted or is_unlikely(p, m, state)
 
 
 @kernel
@@ -68,15 +72,25 @@ def write(p, m, state, s, w, y):
     y[out.end], y[out.d_end] = d[4 * n], d[size + 4 * n]
 
 
+@kernel
+def tell(p, m, x, y, contradicted, anew):
+    """Count and write contradictions, those of the NIS among them."""
+    at = outputs_of(m.n).innovation + 2 * m.R
+    kept, end = x[m.N + m.N * m.N + m.R :], at + 9 + m.R
+    keep(kept, contradicted or not y[at + 1] <= highest(y[at], p[GATE]), anew, anew)
+    y[end], y[end + 1] = kept[FRAMES], kept[BEGINNINGS]
+
+
 def init(t_ns, dt_ns, p, u, x, y, w):
     """Begin with what the sensors say first."""
     m, l = layout_of(p), p[tables_of(p)[2] + 1]
     gather(p, m, l, u, x[: m.N], w)
     begin(p, m, l, p[GIVEN] > 0.0, w, x[: m.N], table(x, m.N, m.N, m.N))
-    for i in range(m.R):
+    for i in range(m.R + KEPT):
         x[m.N + m.N * m.N + i] = 0.0
     # Far from the first state, where bars could fold either way, no sensor is to be refused.
-    read(p, m, inf, u, x, y, w)
+    contradicted = read(p, m, inf, u, x, y, w)
+    tell(p, m, x, y, contradicted, False)
     return 0
 
 
@@ -92,13 +106,16 @@ def step(t_ns, dt_ns, p, u, x, y, w):
             wide[i, j] = moves[i, j]
     triangulate(wide, N, N + m.K, N + m.K)
     keep_triangle(wide, s)
-    read(p, m, p[GATE] * p[GATE], u, x, y, w)
+    contradicted = read(p, m, p[GATE] * p[GATE], u, x, y, w)
     at, l = outputs_of(m.n).innovation + 2 * m.R, p[tables_of(p)[2] + 1]
     nis = y[at + 1]
-    if not nis <= p[GATE] * p[GATE] * y[at] and is_lost(p, m, l, dt_ns * 1e-9, w, x):
+    beyond = not nis <= p[GATE] * p[GATE] * y[at]
+    anew = (beyond and is_lost(p, m, l, dt_ns * 1e-9, w, x)) or is_wound(p, m, w, x)
+    if anew:
         begin(p, m, l, False, w, x[:N], s)
         read(p, m, inf, u, x, y, w)
         y[at + 1] = nis if isfinite(nis) else LARGEST
+    tell(p, m, x, y, contradicted, anew)
     for i in range(N):
         if not isfinite(x[i]):
             return NOT_FINITE

@@ -2,7 +2,7 @@
 
 State: the bars' angles and rates (n each), loads (force on the free end, and where the pivot moves its acceleration;
 two each), and where the pivot moves its position and velocity (two each). Behind it in x: the root of its covariance
-(N, N), and of each reading how many frames in a row it was refused.
+(N, N), of each reading how many frames in a row it was refused, and what is kept of contradictions.
 """
 
 from typing import NamedTuple
@@ -11,14 +11,15 @@ from components.compiled import kernel
 from components.contract import HEADER
 from components.tether.linkage.lagrangian import size
 
-(MARKERS, TILTS, MOVES, GATE, MARKER_VARIANCE, TAKES_COVARIANCE, NORTH, EAST, DOWN, GIVEN, P_ANGLE, P_RATE, TORQUE,
- FORCE_NORTH, FORCE_DOWN, FORCE_SPREAD, FORCE_TIME, PIVOT_SPREAD, PIVOT_TIME, P_PLACE, P_SPEED, END_VARIANCE,
- TENSION_VARIANCE, TILT_VARIANCE, ITERATIONS, BELIEVED_AFTER, BARS) = range(HEADER, HEADER + 27)  # fmt: skip
-TABLES = HEADER + 27  # angles (n), places of markers (m) and tilts, then the chain's constants
+(MARKERS, TILTS, GYROS, MOVES, GATE, MARKER_VARIANCE, TAKES_COVARIANCE, NORTH, EAST, DOWN, GIVEN, P_ANGLE, P_RATE,
+ TORQUE, FORCE_NORTH, FORCE_DOWN, FORCE_SPREAD, FORCE_TIME, PIVOT_SPREAD, PIVOT_TIME, P_PLACE, P_SPEED, END_VARIANCE,
+ TENSION_VARIANCE, TILT_VARIANCE, GYRO_VARIANCE, ITERATIONS, BELIEVED_AFTER, BARS,
+) = range(HEADER, HEADER + 29)  # fmt: skip
+TABLES = HEADER + 29  # angles (n), places of markers (m), tilts and gyros, then the chain's constants
 # A reading's record: what it is, where on the line, its numbers (2), the lower root of their covariance (3), whether it
 # is used, and its innovation's normalised square.
 KIND, WHERE, VALUE, ROOT, STATUS, SQUARE, READING = 0, 1, 2, 4, 7, 8, 9
-PLACE, TENSION, TILT = range(3)
+PLACE, TENSION, TILT, GYRO = range(4)
 
 
 class Layout(NamedTuple):
@@ -77,11 +78,11 @@ def workspace(room: Layout) -> int:
 def layout_of(p):
     """The layout for the numbers in p."""
     sensors = (1 if p[END_VARIANCE] > 0.0 else 0) + (1 if p[TENSION_VARIANCE] > 0.0 else 0)
-    return layout(int(p[BARS]), p[MOVES] > 0.0, int(p[MARKERS]) + int(p[TILTS]) + sensors)
+    return layout(int(p[BARS]), p[MOVES] > 0.0, int(p[MARKERS]) + int(p[TILTS]) + int(p[GYROS]) + sensors)
 
 
 @kernel
 def tables_of(p):
-    """Where the angles at t0, the places of markers and tilts, and the chain's constants begin in p."""
+    """Where the angles at t0, the places of markers, tilts and gyros, and the chain's constants begin in p."""
     angles = TABLES + int(p[BARS])
-    return TABLES, angles, angles + int(p[MARKERS]) + int(p[TILTS])
+    return TABLES, angles, angles + int(p[MARKERS]) + int(p[TILTS]) + int(p[GYROS])

@@ -6,11 +6,14 @@ A kind is a branch of `expect` and a few lines of `gather`; the rest is the same
 from math import cos, floor, isfinite, log, pi, sin, sqrt
 
 from components.compiled import kernel
-from components.estimator.best.contradiction import refuse_impossible
 from components.estimator.best.layout import (
     BELIEVED_AFTER,
     DOWN,
     END_VARIANCE,
+    GATE,
+    GYRO,
+    GYRO_VARIANCE,
+    GYROS,
     ITERATIONS,
     KIND,
     MARKER_VARIANCE,
@@ -32,6 +35,7 @@ from components.estimator.best.layout import (
     tables_of,
 )
 from components.estimator.chords import FAR, MISSING, REFUSED, USED, is_there, spread
+from components.estimator.contradiction import TAKEN, WITNESS, bear_witness, refuse_impossible
 from components.estimator.roots import correct, log_density, project
 from components.matrices import table
 
@@ -49,6 +53,9 @@ def expect(p, m, l, kind, where, x, one, two):
     if kind == TILT:
         one[bar] = 1.0
         return x[bar], 0.0
+    if kind == GYRO:
+        one[n + bar] = 1.0
+        return x[n + bar], 0.0
     if kind == TENSION:
         F = sqrt(x[m.F] * x[m.F] + x[m.F + 1] * x[m.F + 1])
         if F > 0.0:
@@ -77,9 +84,27 @@ def put(w, at, kind, where, one, two, cov):
 
 
 @kernel
+def refuse_where_no_line_is(p, m, w):
+    """Refuse the markers that no line of this length has; whether there are any. A pivot at rest is a witness."""
+    count, pivots, places = int(p[MARKERS]), 1 if m.loads == 2 else 0, tables_of(p)[1]
+    for i in range(count):
+        at, variance = m.records + i * READING, 0.0
+        for k in range(3):
+            variance += w[at + ROOT + k] * w[at + ROOT + k]
+        bear_witness(w, m.rows + i * WITNESS, w[at + VALUE], w[at + VALUE + 1], p[places + i], variance, w[at + STATUS])
+    bear_witness(w, m.rows + count * WITNESS, p[NORTH], p[DOWN], 0.0, 0.0, USED)
+    if not refuse_impossible(w, m.rows, count, pivots, p[GATE], True):
+        return False
+    for i in range(count):
+        w[m.records + i * READING + STATUS] = w[m.rows + i * WITNESS + TAKEN]
+    return True
+
+
+@kernel
 def gather(p, m, l, u, x, w):
-    """Write all readings' records, from the inputs; markers that cannot be there are refused."""
-    count, tilts, at, places = int(p[MARKERS]), int(p[TILTS]), m.records, tables_of(p)[1]
+    """Write all readings' records, from the inputs; whether there are markers that cannot be there: refused ones."""
+    count, tilts, gyros = int(p[MARKERS]), int(p[TILTS]), int(p[GYROS])
+    at, places = m.records, tables_of(p)[1]
     takes = p[TAKES_COVARIANCE] > 0.0
     k = (8 if takes else 4) * count
     for i in range(count):
@@ -88,7 +113,7 @@ def gather(p, m, l, u, x, w):
             cov = spread(u, i, count, takes, p[MARKER_VARIANCE])
             put(w, at, PLACE, p[places + i], u[3 * i], u[3 * i + 2], cov)
         at += READING
-    refuse_impossible(p, m, w)
+    impossible = refuse_where_no_line_is(p, m, w)
     if p[END_VARIANCE] > 0.0:
         w[at + STATUS] = MISSING
         if u[k + 3] > 0.0 and abs(u[k]) < FAR and abs(u[k + 2]) < FAR and isfinite(u[k] + u[k + 2]):
@@ -107,6 +132,13 @@ def gather(p, m, l, u, x, w):
             near = u[k + i] + 2.0 * pi * floor((own - u[k + i]) / (2.0 * pi) + 0.5)
             put(w, at, TILT, where, near, 0.0, (p[TILT_VARIANCE], 0.0, 1.0))
         at += READING
+    k += 2 * tilts
+    for i in range(gyros):
+        w[at + STATUS] = MISSING
+        if u[k + gyros + i] > 0.0 and isfinite(u[k + i]):
+            put(w, at, GYRO, p[places + count + tilts + i], u[k + i], 0.0, (p[GYRO_VARIANCE], 0.0, 1.0))
+        at += READING
+    return impossible
 
 
 @kernel
@@ -121,11 +153,12 @@ def whiten(w, at, one, two, first, second):
 
 
 @kernel
-def judge(p, m, l, gate, x, s, refusals, w, rows, by):
+def judge(p, m, l, gate, impossible, x, s, refusals, w, rows, by):
     """Write the squares of the readings' normalised innovations; refuse those above `gate`.
 
     Not where they are most, nor one that was refused BELIEVED_AFTER times in a row: then it is not that reading that is
-    wrong. refusals: (R).
+    wrong. But while markers are `impossible` none is believed for that: it may be what they were taken for.
+    refusals: (R).
     """
     seen = bad = 0
     for i in range(m.R):
@@ -152,8 +185,8 @@ def judge(p, m, l, gate, x, s, refusals, w, rows, by):
             continue
         if w[at + SQUARE] <= gate or 2 * bad > seen:
             refusals[i] = 0.0
-        elif refusals[i] < p[BELIEVED_AFTER]:
-            refusals[i] += 1.0
+        elif impossible or refusals[i] < p[BELIEVED_AFTER]:
+            refusals[i] += 0.0 if impossible else 1.0
             w[at + STATUS] = REFUSED
 
 
@@ -206,7 +239,7 @@ def curvature(p, m, l, x, guess, w, one, two):
 
 
 @kernel
-def use_all(p, m, l, gate, x, s, refusals, w, y, out):
+def use_all(p, m, l, gate, impossible, x, s, refusals, w, y, out):
     """Use the readings by the iterated extended filter (Bell and Cathey 1993: Gauss-Newton); writes innovations.
 
     The innovations are those about the prediction, which alone are independent. Returns number, NIS, density's
@@ -222,7 +255,7 @@ def use_all(p, m, l, gate, x, s, refusals, w, y, out):
         w[a + 3 * N : a + 4 * N],
         w[a + 4 * N : a + 5 * N],
     )
-    judge(p, m, l, gate, x, s, refusals, w, rows, by)
+    judge(p, m, l, gate, impossible, x, s, refusals, w, rows, by)
     before = table(w, m.before, N, N)
     for i in range(N):
         guess[i] = x[i]

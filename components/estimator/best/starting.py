@@ -6,6 +6,7 @@ from components.compiled import kernel
 from components.estimator.best.layout import (
     DOWN,
     FORCE_SPREAD,
+    GATE,
     MARKERS,
     NORTH,
     P_ANGLE,
@@ -21,6 +22,7 @@ from components.estimator.best.layout import (
 from components.estimator.best.prediction import mean_load
 from components.estimator.chords import USED
 from components.kinematics import wrapped
+from components.tether.linkage.lagrangian import bars_at
 
 LOST = 1.0  # from the chord of the markers about a bar [rad]
 
@@ -72,6 +74,8 @@ def begin(p, m, l, given, w, x, s):
             a, b = chord_at(p, m, w, (i + 0.5) * l)
             if a >= 0:
                 x[i] = chord_angle(m, w, a, b)
+                # No joint turns by more than half a turn.
+                x[i] = x[i - 1] + wrapped(x[i] - x[i - 1]) if i > 0 else x[i]
     for j in range(m.loads):
         x[m.F + j] = mean_load(p, j)
     if m.loads > 2:
@@ -93,6 +97,31 @@ def begin(p, m, l, given, w, x, s):
         for j in range(2):
             s[m.F + 2 + j, m.F + 2 + j] = p[PIVOT_SPREAD]
             s[m.place + j, m.place + j], s[m.speed + j, m.speed + j] = p[P_PLACE], p[P_SPEED]
+
+
+@kernel
+def is_unlikely(p, m, x):
+    """Whether a load is farther from its mean than the gate's deviations of its spread.
+
+    What a right filter finds spreads by less than the load itself: once in two million times at a gate of 5. Markers
+    that are numbered from the wrong end of a line whose pivot moves tell of themselves by nothing else, see model.Best.
+    """
+    for i in range(m.loads):
+        spread = p[FORCE_SPREAD] if i < 2 else p[PIVOT_SPREAD]
+        if not abs(x[m.F + i] - mean_load(p, i)) <= p[GATE] * spread:
+            return True
+    return False
+
+
+@kernel
+def is_wound(p, m, w, x):
+    """Whether a joint has turned by more than half a turn, which no marker tells, while there are markers about it."""
+    first, springs = bars_at(p, tables_of(p)[2]).clamp, bars_at(p, tables_of(p)[2]).k
+    for i in range(m.n):
+        before = x[i - 1] if i > 0 else first
+        if springs[i] > 0.0 and not abs(x[i] - before) <= pi:
+            return chord_at(p, m, w, 0.0)[0] >= 0
+    return False
 
 
 @kernel

@@ -5,19 +5,23 @@ from math import log, sqrt
 from components.compiled import kernel
 from components.contract import Component
 from components.estimator import line, straight
+from components.estimator.chords import REFUSED
+from components.estimator.contradiction import BEGINNINGS, BEYOND, FRAMES, KEPT, highest, keep
 from components.estimator.corrected import model
+from components.estimator.corrected.starting import LOST, farthest, forget, refuse_where_no_line_is, runs_back
 from components.estimator.layout import outputs_of
 from components.estimator.linear import (
     ANGLE,
     BAR,
+    BELIEVED_AFTER,
     CHORD,
+    GATE,
+    GIVEN,
     INTERVAL,
+    MARKERS,
     NODE,
     OFF,
     OFF_BY,
-    P_ANGLE,
-    P_FORCE,
-    P_RATE,
     WRONG_INTERVAL,
     A,
     B,
@@ -26,8 +30,10 @@ from components.estimator.linear import (
     chords_of,
     expected,
     gather,
+    mark,
     mean_row,
     model_of,
+    string,
     write_estimate,
     write_fit,
     write_tension,
@@ -35,7 +41,7 @@ from components.estimator.linear import (
 from components.estimator.roots import correct, keep_triangle, log_density, multiply, triangulate
 from components.matrices import table
 
-LARGEST = 1e9  # deviation of a tension that nothing tells of [N]
+LARGEST = 1e9  # deviation of a tension that nothing tells of [N], and what a NIS is given as at most
 
 
 @kernel
@@ -105,16 +111,50 @@ def pull(p, m, state, root, w):
 
 
 @kernel
-def read(p, u, x, y, w):
-    """Use a frame and write all outputs."""
+def begin_anew(p, m, u, x, y, w, at, rows):
+    """Take the frame alone for true, but for the markers that cannot be where they are."""
+    n, N = m.n, m.N
+    gather(p, u, w)
+    refuse_where_no_line_is(p, m, w, at)
+    mark(p, w, y)
+    begin(p, m, False, w, NODE * (n + 1), x[:N])
+    forget(p, m, table(x, N, N, N))
+    for i in range(n + 1):
+        x[N + N * N + i] = 0.0
+    measure(m, w, y, x[:N], table(x, N, N, N), at, string(p, m, w, at), rows)
+
+
+@kernel
+def read(p, u, x, y, w, first):
+    """Use a frame and write all outputs.
+
+    It begins anew where the NIS is beyond the gate and a chord is far from where it was expected, or the NIS has been
+    for BELIEVED_AFTER frames in a row: what it believes is not what is seen. At t0, where nothing is learned yet,
+    whenever the `first` angles are contradicted.
+    """
     m = model_of(p)
     n, N = m.n, m.N
-    state, s = x[:N], table(x, N, N, N)
-    at = NODE * (n + 1) + n
+    state, s, kept = x[:N], table(x, N, N, N), x[N + N * N + n + 1 :]
+    at, out = NODE * (n + 1) + n, outputs_of(n).innovation + n
     rows = w[at + CHORD * n :]
     gather(p, u, w)
-    count = chords_of(p, m, state, s, x[N + N * N :], w, y, at, rows[:N], rows[N : 2 * N])
+    contradicted = impossible = refuse_where_no_line_is(p, m, w, at)
+    count = chords_of(p, m, impossible, state, s, x[N + N * N :], w, at, rows[:N], rows[N : 2 * N])
+    mark(p, w, y)
+    for i in range(int(p[MARKERS])):
+        contradicted = contradicted or y[out + 3 + i] == REFUSED
+    contradicted = contradicted or runs_back(p, m, w, at, count)
+    apart = farthest(m, state, w, at, count)
     measure(m, w, y, state, s, at, count, rows)
+    nis = y[out + 1]
+    improbable, beyond = not nis <= highest(count, p[GATE]), not nis <= p[GATE] * p[GATE] * count
+    anew = (beyond and (not apart <= LOST or kept[BEYOND] >= p[BELIEVED_AFTER])) or (first and improbable)
+    if anew:
+        begin_anew(p, m, u, x, y, w, at, rows)
+        y[out + 1] = nis if nis < LARGEST else LARGEST
+    keep(kept, contradicted or improbable, beyond, anew)
+    end = out + 3 + int(p[MARKERS])
+    y[end], y[end + 1] = kept[FRAMES], kept[BEGINNINGS]
     write_estimate(p, m, state, s, N, rows, y)
     tension, spread = pull(p, m, state, s, rows)
     write_tension(n, y, tension, spread)
@@ -126,17 +166,13 @@ def init(t_ns, dt_ns, p, u, x, y, w):
     n, N = m.n, m.N
     if abs(dt_ns * 1e-9 - p[INTERVAL]) > OFF_BY * p[INTERVAL]:
         return WRONG_INTERVAL
-    s = table(x, N, N, N)
-    for i in range(n + 1):
+    for i in range(n + 1 + KEPT):
         x[N + N * N + i] = 0.0
     gather(p, u, w)
-    begin(p, m, w, NODE * (n + 1), x[:N])
-    for i in range(N):
-        for j in range(N):
-            s[i, j] = 0.0
-        variance = p[P_FORCE] if i >= 2 * n else (p[P_ANGLE] if i % 2 == 0 else p[P_RATE])
-        s[i, i] = sqrt(variance)
-    read(p, u, x, y, w)
+    refuse_where_no_line_is(p, m, w, NODE * (n + 1) + n)
+    begin(p, m, p[GIVEN] > 0.0, w, NODE * (n + 1), x[:N])
+    forget(p, m, table(x, N, N, N))
+    read(p, u, x, y, w, True)
     return 0
 
 
@@ -157,7 +193,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
             wide[i, N + j] = m.noise[i, j]
     triangulate(wide, N, 2 * N, N)
     keep_triangle(wide, s)
-    read(p, u, x, y, w)
+    read(p, u, x, y, w, False)
     return 0
 
 
@@ -165,7 +201,7 @@ COMPONENT = Component(
     name="estimator.corrected",
     parameters=model.Corrected,
     inputs=line.inputs,
-    outputs=straight.outputs,
+    outputs=model.outputs,
     sizes=model.sizes,
     init=init,
     step=step,

@@ -8,6 +8,7 @@ from components.estimator import line, straight
 from components.estimator.layout import outputs_of
 from components.estimator.linear import (
     BAR,
+    GIVEN,
     INTERVAL,
     NODE,
     OFF_BY,
@@ -159,7 +160,7 @@ def init(t_ns, dt_ns, p, u, x, y, w):
         return WRONG_INTERVAL
     state, P = x[:N], table(x, N, N, N)
     gather(p, u, w)
-    begin(p, m, w, NODE * (n + 1), state)
+    begin(p, m, p[GIVEN] > 0.0, w, NODE * (n + 1), state)
     for i in range(n):
         state[2 * n + i] = p[len(p) - 1] * lever(m, p[BAR], state, i)
     for i in range(N):
