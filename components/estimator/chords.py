@@ -1,10 +1,11 @@
 """Markers read as the angles of the chords between them, whose noise is shared by neighbours."""
 
-from math import cos, isfinite, sin
+from math import cos, sin
 
 from components.compiled import kernel
 
-FAR = 1e9  # beyond which a number is no position [m]
+FAR = 1e9  # beyond which a number is no position [m], nor what another sensor says [N, rad, rad/s]
+SMALLEST, NARROW = 1e-30, 1e-12  # variance of a marker [m^2], and what is left of it where the other way is known
 # A chord that is shorter than this part of its bars, or by the noise longer, is none of this line.
 SHORT = 0.7
 MISSING, USED, REFUSED = 0.0, 1.0, -1.0
@@ -14,7 +15,7 @@ MISSING, USED, REFUSED = 0.0, 1.0, -1.0
 def is_there(u, i, count):
     """Whether marker i of `count` has a position."""
     at = 3 * i
-    return u[3 * count + i] > 0.0 and abs(u[at]) < FAR and abs(u[at + 2]) < FAR and isfinite(u[at] + u[at + 2])
+    return u[3 * count + i] > 0.0 and abs(u[at]) < FAR and abs(u[at + 2]) < FAR
 
 
 @kernel
@@ -23,7 +24,7 @@ def spread(u, i, count, takes_covariance, variance):
     if takes_covariance:
         at = 4 * count + 4 * i
         a, b, c = u[at], 0.5 * (u[at + 1] + u[at + 2]), u[at + 3]
-        if a > 0.0 and c > 0.0 and a * c > b * b and isfinite(a + b + c):
+        if min(a, c) > SMALLEST and max(a, c) < FAR * FAR and a * c * (1.0 - NARROW) > b * b:
             return a, b, c
     return variance, 0.0, variance
 

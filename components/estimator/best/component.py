@@ -116,7 +116,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
         read(p, m, inf, u, x, y, w)
         y[at + 1] = nis if isfinite(nis) else LARGEST
     tell(p, m, x, y, contradicted, anew)
-    for i in range(N):
+    for i in range(N + N * N):
         if not isfinite(x[i]):
             return NOT_FINITE
     return 0

@@ -3,7 +3,7 @@
 A kind is a branch of `expect` and a few lines of `gather`; the rest is the same for all.
 """
 
-from math import cos, floor, isfinite, log, pi, sin, sqrt
+from math import cos, floor, log, pi, sin, sqrt
 
 from components.compiled import kernel
 from components.estimator.best.layout import (
@@ -116,17 +116,17 @@ def gather(p, m, l, u, x, w):
     impossible = refuse_where_no_line_is(p, m, w)
     if p[END_VARIANCE] > 0.0:
         w[at + STATUS] = MISSING
-        if u[k + 3] > 0.0 and abs(u[k]) < FAR and abs(u[k + 2]) < FAR and isfinite(u[k] + u[k + 2]):
+        if u[k + 3] > 0.0 and abs(u[k]) < FAR and abs(u[k + 2]) < FAR:
             put(w, at, PLACE, m.n * l, u[k], u[k + 2], (p[END_VARIANCE], 0.0, p[END_VARIANCE]))
         k, at = k + 4, at + READING
     if p[TENSION_VARIANCE] > 0.0:
         w[at + STATUS] = MISSING
-        if u[k + 1] > 0.0 and isfinite(u[k]):
+        if u[k + 1] > 0.0 and abs(u[k]) < FAR:
             put(w, at, TENSION, m.n * l, u[k], 0.0, (p[TENSION_VARIANCE], 0.0, 1.0))
         k, at = k + 2, at + READING
     for i in range(tilts):
         w[at + STATUS] = MISSING
-        if u[k + tilts + i] > 0.0 and isfinite(u[k + i]):
+        if u[k + tilts + i] > 0.0 and abs(u[k + i]) < FAR:
             where = p[places + count + i]
             own = x[min(int(where / l), m.n - 1)]
             near = u[k + i] + 2.0 * pi * floor((own - u[k + i]) / (2.0 * pi) + 0.5)
@@ -135,7 +135,7 @@ def gather(p, m, l, u, x, w):
     k += 2 * tilts
     for i in range(gyros):
         w[at + STATUS] = MISSING
-        if u[k + gyros + i] > 0.0 and isfinite(u[k + i]):
+        if u[k + gyros + i] > 0.0 and abs(u[k + i]) < FAR:
             put(w, at, GYRO, p[places + count + tilts + i], u[k + i], 0.0, (p[GYRO_VARIANCE], 0.0, 1.0))
         at += READING
     return impossible
@@ -177,7 +177,7 @@ def judge(p, m, l, gate, impossible, x, s, refusals, w, rows, by):
             second = 0.0
         w[at + SQUARE] = (c * first * first - 2.0 * b * first * second + a * second * second) / (a * c - b * b)
         seen += 1
-        if w[at + SQUARE] > gate:
+        if not w[at + SQUARE] <= gate:
             bad += 1
     for i in range(m.R):
         at = m.records + i * READING

@@ -5,7 +5,7 @@ from math import log, sqrt
 from components.compiled import kernel
 from components.contract import Component
 from components.estimator import line, straight
-from components.estimator.chords import REFUSED
+from components.estimator.chords import NARROW, REFUSED
 from components.estimator.contradiction import BEGINNINGS, BEYOND, FRAMES, KEPT, highest, keep
 from components.estimator.corrected import model
 from components.estimator.corrected.starting import LOST, farthest, forget, refuse_where_no_line_is, runs_back
@@ -60,7 +60,7 @@ def measure(m, w, y, state, s, at, count, rows):
     angle = below = nis = density = 0.0
     for k in range(count):
         c = at + k * CHORD
-        diagonal = sqrt(w[c + D] - below * below)
+        diagonal = sqrt(max(w[c + D] - below * below, NARROW * w[c + D]))
         mean_row(m, int(w[c + A]), int(w[c + B]), row)
         angle = (w[c + ANGLE] - below * angle) / diagonal
         innovation = angle

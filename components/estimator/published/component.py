@@ -29,7 +29,8 @@ from components.estimator.roots import log_density, multiply
 from components.matrices import table
 
 LARGEST = 1e9  # of a tension, and of its deviation [N]: levers go through zero
-FLOWN, FLOWN_OFF = 1e12, 2
+FLOWN = 1e12
+FLOWN_OFF, INDEFINITE, UNSURE = 2, 3, 4
 
 
 @kernel
@@ -46,7 +47,7 @@ def bend(w, i):
 
 @kernel
 def measure(m, p, w, state, P, y):
-    """(31)-(33) with (26), one joint's angle after the other, which is the same as at once: R is diagonal."""
+    """(31)-(33) with (26), one joint's angle after the other, which is the same as at once: R is diagonal. A status."""
     n, N = m.n, m.N
     out, R, nis, density, count = outputs_of(n).innovation, p[len(p) - 3], 0.0, 0.0, 0
     for i in range(n):
@@ -56,6 +57,8 @@ def measure(m, p, w, state, P, y):
             continue
         k = 2 * i
         innovation, variance = angle - state[k], P[k, k] + R
+        if not variance > 0.0:
+            return INDEFINITE
         y[out + count] = innovation / sqrt(variance)
         nis += y[out + count] * y[out + count]
         density += log_density(y[out + count], log(variance / R), 0.5 * log(R))
@@ -69,6 +72,7 @@ def measure(m, p, w, state, P, y):
             for b in range(N):
                 P[a, b] -= gain * row[b]
     write_fit(n, y, count, nis, density)
+    return 0
 
 
 @kernel
@@ -102,11 +106,13 @@ def pull(m, l, state, root):
     """Mean tension by the forces at all joints but the last, as figure 15 has it, and its deviation.
 
     Each is the force over l s_i: so do the first forces that are printed follow from F = 0.5 N and the first angles, to
-    all their digits. What (13)-(16) put beside it, the weight, is left out.
+    all their digits. What (13)-(16) put beside it, the weight, is left out. Where a lever is none, as of a straight
+    line or of one bar, nothing tells of it.
     """
-    n, F = m.n, 0.0
+    n, F, told = m.n, 0.0, m.n > 1
     for i in range(n - 1):
         s = lever(m, l, state, i)
+        told = told and s != 0.0
         F += state[2 * n + i] / (s if s != 0.0 else 1e-300) / (n - 1)
     square = 0.0
     for c in range(m.N):
@@ -120,7 +126,7 @@ def pull(m, l, state, root):
                 part = (root[2 * n + i, c] - state[2 * n + i] / s * l * turn) / s
             total += part / (n - 1)
         square += total * total
-    return min(max(F, -LARGEST), LARGEST), min(sqrt(square), LARGEST)
+    return min(max(F, -LARGEST), LARGEST), (min(sqrt(square), LARGEST) if told else LARGEST)
 
 
 @kernel
@@ -138,18 +144,21 @@ def move(phi, P, scratch):
 
 @kernel
 def read(p, u, x, y, w):
-    """Use a frame and write all outputs."""
+    """Use a frame and write all outputs; a status."""
     m = model_of(p)
     n, N = m.n, m.N
     state, P = x[:N], table(x, N, N, N)
     gather(p, u, w)
     mark(p, w, y)
-    measure(m, p, w, state, P, y)
+    status = measure(m, p, w, state, P, y)
+    if status:
+        return status
     root = table(w, 6 * N, N, N)
     root_of(P, root)
     write_estimate(p, m, state, root, N, w, y)
     tension, spread = pull(m, p[BAR], state, root)
     write_tension(n, y, tension, spread)
+    return 0
 
 
 def init(t_ns, dt_ns, p, u, x, y, w):
@@ -167,8 +176,7 @@ def init(t_ns, dt_ns, p, u, x, y, w):
         for j in range(N):
             P[i, j] = 0.0
         P[i, i] = p[len(p) - 2]
-    read(p, u, x, y, w)
-    return 0
+    return read(p, u, x, y, w)
 
 
 def step(t_ns, dt_ns, p, u, x, y, w):
@@ -188,9 +196,8 @@ def step(t_ns, dt_ns, p, u, x, y, w):
             P[i, j] += m.noise[i, j]
     for i in range(N):
         if not abs(state[i]) < FLOWN:
-            return FLOWN_OFF
-    read(p, u, x, y, w)
-    return 0
+            return UNSURE if p[len(p) - 4] > 0.0 else FLOWN_OFF
+    return read(p, u, x, y, w)
 
 
 COMPONENT = Component(
@@ -204,6 +211,9 @@ COMPONENT = Component(
     status_text={
         WRONG_INTERVAL: "the period is not `interval`, for which the filter was made: make them equal",
         FLOWN_OFF: "the estimate flew off, as (30) makes it do as printed: set moves_covariance to true",
+        INDEFINITE: "a variance came out negative, as (33) loses digits where angle_variance is tiny beside the "
+        "estimate's: raise it, or lower start_variance or force_variance",
+        UNSURE: "the estimate flew off: lower start_tension, start_variance or force_variance",
     },
     terms=straight.terms,
     assumptions="As printed, for comparison: rates of the joints for those of the bars (9), modal angles measured as "
