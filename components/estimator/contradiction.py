@@ -1,7 +1,8 @@
 """Sensors that contradict each other or the estimate: which markers cannot be where they are said to be, how long.
 
 Two that are taken for each other are consistent with themselves frame after frame, so that no innovation tells of them
-for long; the line does, on which they are farther apart than it is long between them.
+for long; the line does, on which they are farther apart than it is long between them. What agrees with itself and with
+the line is not told: a camera that is turned, a picture that stands still, a marker in the place of a missing one.
 """
 
 from math import sqrt
