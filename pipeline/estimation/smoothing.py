@@ -26,19 +26,26 @@ def smooth(record: Record) -> Smoothed:
     """Rauch, Tung and Striebel 1965, on the filter's own linearisation. Raises ValueError if the filter fails.
 
     The covariance goes back as P_k + C (P^s - P^-) C' written as a sum of squares, so that it stays definite:
-    (I - C Phi) P (I - C Phi)' + C (Q + P^s) C'.
+    (I - C Phi) P (I - C Phi)' + C (Q + P^s) C'. What comes after the filter began anew says nothing of before.
     """
     filter_ = record.begin()
-    states, roots, moves = [filter_.state], [filter_.root], []
+    states, roots, moves, begun = [filter_.state], [filter_.root], [], [filter_["beginnings"]]
     for u in record.inputs[1:]:
         moves.append(filter_.moved(filter_.state))
         filter_.step(u)
         states.append(filter_.state)
         roots.append(filter_.root)
+        begun.append(filter_["beginnings"])
     x, P = states[-1], roots[-1] @ roots[-1].T
     smoothed, covariance = [x], [P]
-    for state, root, (ahead, phi, noise) in zip(states[-2::-1], roots[-2::-1], moves[::-1], strict=True):
+    anew = np.diff(begun)[::-1] > 0
+    for state, root, (ahead, phi, noise), cut in zip(states[-2::-1], roots[-2::-1], moves[::-1], anew, strict=True):
         own, Q = root @ root.T, noise @ noise.T
+        if cut:
+            x, P = state, own
+            smoothed.append(x)
+            covariance.append(P)
+            continue
         predicted = phi @ own @ phi.T + Q
         scale = 1.0 / np.sqrt(np.diag(predicted))
         C = np.linalg.solve(predicted * np.outer(scale, scale), scale[:, None] * (phi @ own)).T * scale

@@ -9,6 +9,8 @@ from components.estimator.best.component import COMPONENT as BEST
 from components.estimator.contradiction import highest
 from components.estimator.corrected.component import COMPONENT as CORRECTED
 from pipeline.estimation.own_truth import Twin
+from pipeline.estimation.record import Record
+from pipeline.estimation.smoothing import smooth
 from pipeline.estimation.stepping import Stepper
 
 H = 0.036
@@ -184,6 +186,30 @@ def test_the_likelihood_tells_the_numbering_where_little_is_told_of_the_ends():
             density[i] += both[i]["log_density"] if k >= 10 else 0.0
     assert density[0] > density[1] + 100.0
     assert both[1]["contradiction"] < 15
+
+
+def test_smoothing_does_not_reach_back_over_a_new_beginning():
+    # Another line's frames from the 30th on: what was said of the first line before stays as sure and as right.
+    component, line = KINDS["best, pivot fixed"]
+    one, other = twin("best, pivot fixed", settled=0), twin("best, pivot fixed", 4, angles=(1.4, 1.6, 1.8, 1.9, 2.0))
+    inputs, true = [one.filter.u.copy()], [one.truth[:5]]
+    for k in range(1, 40):
+        inputs.append(one.move() if k < 30 else other.move())
+        true.append((one if k < 30 else other).truth[:5])
+    found = smooth(Record(component, line, 36_000_000 * np.arange(40), np.array(inputs), H))
+    assert (np.abs(found.states[:30, :5] - true[:30]) < SURE * found.deviations()[:30, :5]).all()
+    assert (np.abs(found.states[35:, :5] - true[35:]) < SURE * found.deviations()[35:, :5]).all()
+
+
+@pytest.mark.parametrize("turned", [2.0, -2.0])
+def test_a_joint_is_not_wound(turned):
+    # As after a garbled frame: markers do not tell a bar from one that has turned once more, its springs do.
+    one = twin("best, pivot fixed")
+    one.filter.x[2:5] += turned * np.pi
+    one.step()
+    assert is_right(one.filter, one)
+    assert np.abs(np.diff(one.filter["angle"])).max() < np.pi
+    assert one.filter["beginnings"] == 0
 
 
 def test_a_nis_that_noise_hardly_exceeds():

@@ -19,7 +19,7 @@ from components.estimator.best.layout import (
 )
 from components.estimator.best.measuring import gather, use_all
 from components.estimator.best.prediction import predict
-from components.estimator.best.starting import begin, is_lost, is_unlikely, is_wound
+from components.estimator.best.starting import begin, is_lost, is_unlikely, unwind
 from components.estimator.chords import REFUSED
 from components.estimator.contradiction import BEGINNINGS, FRAMES, KEPT, highest, keep
 from components.estimator.layout import outputs_of
@@ -100,6 +100,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     N = m.N
     s, wide, moves = table(x, N, N, N), table(w, m.wide, N, N + m.K), table(w, m.moves, N, N + m.K)
     predict(p, x[:N], dt_ns * 1e-9, w)
+    unwind(p, m, x[:N])
     multiply(moves, s, wide)
     for i in range(N):
         for j in range(N, N + m.K):
@@ -110,7 +111,7 @@ def step(t_ns, dt_ns, p, u, x, y, w):
     at, l = outputs_of(m.n).innovation + 2 * m.R, p[tables_of(p)[2] + 1]
     nis = y[at + 1]
     beyond = not nis <= p[GATE] * p[GATE] * y[at]
-    anew = (beyond and is_lost(p, m, l, dt_ns * 1e-9, w, x)) or is_wound(p, m, w, x)
+    anew = beyond and is_lost(p, m, l, dt_ns * 1e-9, w, x)
     if anew:
         begin(p, m, l, False, w, x[:N], s)
         read(p, m, inf, u, x, y, w)

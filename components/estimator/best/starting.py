@@ -25,6 +25,7 @@ from components.kinematics import wrapped
 from components.tether.linkage.lagrangian import bars_at
 
 LOST = 1.0  # from the chord of the markers about a bar [rad]
+WOUND = 1.5 * pi  # of a joint [rad]: a line that is folded back on itself may come to somewhat more than pi
 
 
 @kernel
@@ -114,24 +115,26 @@ def is_unlikely(p, m, x):
 
 
 @kernel
-def is_wound(p, m, w, x):
-    """Whether a joint has turned by more than half a turn, which no marker tells, while there are markers about it."""
-    first, springs = bars_at(p, tables_of(p)[2]).clamp, bars_at(p, tables_of(p)[2]).k
+def unwind(p, m, x):
+    """Take whole turns off the joints with springs, of which no marker tells: beyond WOUND the line is not that way."""
+    bars, before = bars_at(p, tables_of(p)[2]), 0.0
     for i in range(m.n):
-        before = x[i - 1] if i > 0 else first
-        if springs[i] > 0.0 and not abs(x[i] - before) <= pi:
-            return chord_at(p, m, w, 0.0)[0] >= 0
-    return False
+        joint = x[i] - (before if i > 0 else bars.clamp)
+        if bars.k[i] > 0.0 and abs(joint) > WOUND:
+            for j in range(i, m.n):
+                x[j] -= joint - wrapped(joint)
+        before = x[i]
 
 
 @kernel
 def is_lost(p, m, l, h, w, x):
-    """Whether a bar is far from where the markers about it have it, or turns half round in a step of h [s]."""
+    """Whether a bar is far from where its markers have it, or it or its joint turns half round in a step of h [s]."""
     for i in range(m.n):
         a, b = chord_at(p, m, w, (i + 0.5) * l)
         if a < 0:
             return False
         apart = wrapped(x[i] - chord_angle(m, w, a, b))
-        if not (abs(apart) < LOST and abs(x[m.n + i]) * h < pi):
+        joint = x[i] - x[i - 1] if i > 0 else 0.0
+        if not (abs(apart) < LOST and abs(x[m.n + i]) * h < pi and abs(joint) < pi):
             return True
     return False
