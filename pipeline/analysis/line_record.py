@@ -18,7 +18,8 @@ class LineRecord:
     """k frames of n nodes. t_ns: (k,). nodes, velocity, acceleration: (k, n, 3) NED, by differences between the
     messages, however many of them are judged; NaN in the first and the last, and whatever is not finite. force_a,
     force_b: (k, 3) of the line on its holders [N], None where not recorded. length: (k,) unstretched [m], None
-    likewise. whole: (k,) bool, not broken. current: (k, m, 3) that a channel gave it, held between its messages [m/s]; None where there is none.
+    likewise. whole: (k,) bool, not broken. current: (k, m, 3) that a channel gave it, held between its messages [m/s];
+    None where there is none.
     """
 
     name: str

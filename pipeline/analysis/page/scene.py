@@ -90,7 +90,7 @@ def _at(signals: Signals, name: str, port: str, t: np.ndarray) -> np.ndarray:
         values = values[:, np.linspace(0, values.shape[1] - 1, NODES).round().astype(int)]
     if np.isnan(values).any():
         places = values.reshape(len(values), -1, 3)
-        values = _held(places, ~np.isnan(places).any(axis=2))
+        values = _held(places, np.isfinite(places.sum(axis=2)))
     values = values.reshape(len(values), -1)
     after = np.clip(np.searchsorted(times, t), 1, max(1, len(times) - 1))
     if len(times) < 2:
@@ -114,8 +114,9 @@ def _size(signals: Signals, name: str) -> list[float] | None:
     hull = signals.entries.given(name, "hull")
     if not isinstance(hull, dict):
         return None
-    size = [number(hull.get(key)) for key in ("length", "beam", "draught")]
-    return None if None in size else size
+    told = (number(hull.get(key)) for key in ("length", "beam", "draught"))
+    size = [one for one in told if one is not None]
+    return size if len(size) == 3 else None
 
 
 def _quantised(places: np.ndarray) -> dict[str, Any]:
