@@ -23,7 +23,7 @@ from pipeline.analysis.page.charts import Window
 from pipeline.analysis.page.document import document
 from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.validity import Cable
-from pipeline.errors import TowlineError
+from pipeline.errors import LogError, TowlineError
 from pipeline.log.reader import open_log
 
 OF_SIGNALS = (tensions, motion, control, thrusters, estimator, line_estimate, bonds, weather)
@@ -34,11 +34,13 @@ def report(
 ) -> str:
     """The page. path: of the recording; window: what the charts show at first [s]; unjudged: on lines left out.
 
-    Raises TowlineError if the window is not within the record, LogError if the log is damaged.
+    Raises TowlineError if the window is not within the record, LogError if the log is damaged or holds nothing.
     """
     if not is_log:
         return _of_markers(path, cables, window, unjudged)
     with open_log(path) as log:
+        if not log.channels:
+            raise LogError(log.warning or f"{path} has no channels: there is nothing to report")
         signals = Signals(log)
         whole = Window(signals.start, signals.end)
         _check_within(window, whole, path.name)

@@ -58,11 +58,11 @@ def cables(arguments: argparse.Namespace, needed: bool = True) -> tuple[list[Cab
     length = None if arguments.length is None else _positive("length", arguments.length)
     noise_m = None if arguments.noise is None else _positive("noise", arguments.noise)
     reading = Reading(arguments.channel, arguments.field, arguments.up, arguments.time_unit)
-    read = recordings(arguments.log, reading, needed)
     if is_log(arguments.log):
         with open_log(arguments.log) as log:
             if log.warning:
                 warn(log.warning)
+    read = recordings(arguments.log, reading, needed)
     if not read:
         return [], []
     found, unjudged = [], []

@@ -6,6 +6,8 @@ The sample of a pool chain is written anew with one thing changed: what of it is
 from __future__ import annotations
 
 import json
+import os
+import re
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -135,3 +137,27 @@ def test_line_of_unknown_length_is_left_out(tmp_path, capsys):
     assert "not judged: " in log.with_suffix(".html").read_text()
     assert main(["validity", str(log), "--json"]) == 1
     assert "length is not known, and no place on it; give --length" in capsys.readouterr().err
+
+
+def test_log_that_is_being_written(tmp_path, capsys):
+    """Before its first chunk nothing is in it; after that what there is, said to be unfinished; both in one line."""
+    with open_log(SAMPLE) as log:
+        specs = [ChannelSpec(name, info.ports, info.metadata) for name, info in log.channels.items()]
+        rows = [pack_rows(*both) for both in log.read().values()]
+    recorder = Recorder(tmp_path / "live.mcap", specs)
+    assert main(["report", str(recorder.path)]) == 1
+    assert re.search(r"live\.mcap is still being written, or was interrupted: nothing is in it yet", told(capsys))
+    for i, some in enumerate(rows):
+        recorder.rows(i, some[:60])
+    recorder.flush()
+    assert main(["report", str(recorder.path)]) == 0
+    assert re.search(r"live\.mcap is still being written, or was interrupted: readable up to [\d.]+ s", told(capsys))
+    os.utime(recorder.path, (0, 0))
+    assert main(["validity", str(recorder.path), "--json"]) == 0
+    assert "live.mcap was interrupted: readable" in told(capsys)
+    recorder.abort()
+
+
+def told(capsys) -> str:
+    """The first line that a command said."""
+    return capsys.readouterr().err.splitlines()[0]
