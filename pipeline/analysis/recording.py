@@ -68,7 +68,9 @@ def recordings(path: Path, reading: Reading = EVERYTHING, needed: bool = True) -
         parts = from_csv(path, reading) if kind == CSV else from_mcap(path, reading)
         found = [Recording(path, name, in_line_order(frames), Origin()) for name, frames in parts.items()]
     if not found and (needed or kind != LOG):
-        raise LogError(f"{path} has no markers: no channel with positions of shape (m, 3) in its messages")
+        raise LogError(
+            f"{path} has no markers and no line: no channel with positions or nodes of shape (m, 3) in its messages"
+        )
     return found
 
 

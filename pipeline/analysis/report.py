@@ -13,6 +13,7 @@ from pipeline.analysis.page import (
     estimator,
     line_estimate,
     motion,
+    others,
     overview,
     scene,
     tensions,
@@ -26,7 +27,7 @@ from pipeline.analysis.validity import Cable
 from pipeline.errors import LogError, TowlineError
 from pipeline.log.reader import open_log
 
-OF_SIGNALS = (tensions, motion, control, thrusters, estimator, line_estimate, bonds, weather)
+OF_SIGNALS = (tensions, motion, control, thrusters, estimator, line_estimate, bonds, weather, others)
 
 
 def report(

@@ -17,6 +17,8 @@ import numpy as np
 import pytest
 
 from components.contract import Port
+from pipeline.analysis.page import others
+from pipeline.analysis.page.signals import Signals
 from pipeline.cli import main
 from pipeline.log.reader import ChannelInfo, open_log
 from pipeline.log.recorder import ChannelSpec, Recorder, pack_rows
@@ -82,8 +84,8 @@ def everything(k: int) -> slice:
 LINE = ("tether",)
 # What is changed, where, and a part of the line that says so ("": nothing is odd, only less is known).
 ODD = {
-    "no length": (at(everything, 0.0), LINE, "stands in one place"),
-    "no length for a while": (at(third, 0.0), LINE, "stands in one place"),
+    "no length": (at(everything, 0.0), LINE, "stand in one place in"),
+    "no length for a while": (at(third, 0.0), LINE, "stand in one place in"),
     "not finite for a while": (at(third, np.nan), LINE, "hold numbers that are not finite"),
     "nowhere finite": (at(everything, np.inf), (), "hold numbers that are not finite"),
     "too large to be squared": (at(third, 1e300), (), "hold numbers that are not finite or beyond 1e+30"),
@@ -161,3 +163,20 @@ def test_log_that_is_being_written(tmp_path, capsys):
 def told(capsys) -> str:
     """The first line that a command said."""
     return capsys.readouterr().err.splitlines()[0]
+
+
+def test_page_draws_components_of_ones_own(tmp_path):
+    """Each port of a model that is a file, six curves of a large one at most; Towline's own models have no such tab."""
+    ports = (Port("pull", "N", (3,), "NED"), Port("lean", "rad"), Port("profile", "m/s", (40,)))
+    out = tmp_path / "own.mcap"
+    with Recorder(out, [ChannelSpec("spring", ports, {"model": "/x/spring.py"})]) as recorder:
+        recorder.rows(0, pack_rows(np.arange(5) * 10**9, np.full((5, 44), np.pi)))
+    with open_log(out) as log, open_log(SAMPLE) as sample:
+        found = others.tab(Signals(log))
+        assert others.tab(Signals(sample)) is None
+    charts = {item.title: item for item in found.items if not isinstance(item, str)}
+    assert [series.name for series in charts["pull"].series] == ["north", "east", "down"]
+    assert charts["lean"].axis == "lean [°]"
+    assert charts["lean"].series[0].values == pytest.approx(180.0)
+    assert [series.name for series in charts["profile"].series][:2] == ["profile[0]", "profile[8]"]
+    assert len(charts["profile"].series) == 6

@@ -10,8 +10,11 @@ from pipeline.analysis.page import control
 from pipeline.analysis.page.charts import Chart
 from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.page.tab import Tab, heading, paragraph, table
+from pipeline.analysis.page.tensions import lines
 from pipeline.analysis.validity import Cable
 from pipeline.log.reader import Log
+
+MOST_ODD = 5  # lines that are shown at once
 
 
 def tab(
@@ -50,9 +53,19 @@ def _run(log: Log, signals: Signals) -> Iterator[str]:
         *([f"Towline {run['towline']}"] if "towline" in run else []),
     ]
     yield paragraph(" · ".join(facts), "small")
-    if signals.oddities:
-        listed = "".join(f"<li>{escape(line)}</li>" for line in signals.oddities)
-        yield f'<ul class="small warning">{listed}</ul>'
+    if odd := [*signals.oddities, *_heaps(signals)]:
+        listed = f'<ul class="small warning">{"".join(f"<li>{escape(line)}</li>" for line in odd)}</ul>'
+        summary = f"<summary>{len(odd)} things are odd in this log</summary>"
+        yield listed if len(odd) <= MOST_ODD else f"<details>{summary}{listed}</details>"
+
+
+def _heaps(signals: Signals) -> Iterator[str]:
+    """Lines that have no length."""
+    for name in lines(signals):
+        nodes = signals.port(name, "nodes")
+        count = int((nodes == nodes[:, :1]).all(axis=(1, 2)).sum())
+        if count:
+            yield f"{name}: all its nodes stand in one place in {count} of {len(nodes)} messages"
 
 
 def _events(signals: Signals) -> Iterator[str]:

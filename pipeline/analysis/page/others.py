@@ -1,0 +1,34 @@
+"""What components of the user's own and foreign FMUs gave, which no other tab knows: a figure for each port."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from components.contract import Port
+from pipeline.analysis.page.charts import Chart, Series
+from pipeline.analysis.page.signals import Signals
+from pipeline.analysis.page.tab import Tab, heading
+
+FILES = (".py", ".fmu")  # by which models that are not Towline's own are named
+CURVES = 6  # of one port: those of larger ports are spread over it
+AXES = ("north", "east", "down")
+
+
+def tab(signals: Signals) -> Tab | None:
+    """None where all models are Towline's own."""
+    items: list[str | Chart] = []
+    for name, info in signals.channels.items():
+        if info.metadata.get("model", "").endswith(FILES) and (ports := signals.ports(name)):
+            items += [heading(name), *(_chart(signals, name, info.port(port)[0]) for port in ports)]
+    return Tab("others", "Own components", items) if items else None
+
+
+def _chart(signals: Signals, name: str, port: Port) -> Chart:
+    t, values = signals.t(name), signals.rows(name, port.name)
+    unit, values = ("°", np.degrees(values)) if port.unit == "rad" else (port.unit, values)
+    chosen = np.unique(np.linspace(0, port.size - 1, min(port.size, CURVES)).round().astype(int))
+    is_vector = port.shape == (3,) and port.frame == "NED" and port.unit != "rad"
+    names = AXES if is_vector else [f"{port.name}[{i}]" if port.size > 1 else port.name for i in range(port.size)]
+    said = f"{CURVES} of its {port.size} numbers." if port.size > CURVES else ""
+    curves = [Series(names[i], t, values[:, i]) for i in chosen]
+    return Chart(port.name, f"{port.name.rpartition('.')[2]} [{unit}]", curves, said)
