@@ -18,9 +18,16 @@ def tab(signals: Signals) -> Tab | None:
     """None where all models are Towline's own."""
     items: list[str | Chart] = []
     for name, info in signals.channels.items():
-        if info.metadata.get("model", "").endswith(FILES) and (ports := signals.ports(name)):
-            items += [heading(name), *(_chart(signals, name, info.port(port)[0]) for port in ports)]
+        ports = [info.port(port)[0] for port in signals.ports(name)]
+        ports = [port for port in ports if not _is_places(port)]
+        if ports and info.metadata.get("model", "").endswith(FILES):
+            items += [heading(name), *(_chart(signals, name, port) for port in ports)]
     return Tab("others", "Own components", items) if items else None
+
+
+def _is_places(port: Port) -> bool:
+    """Points in space, which the animation has."""
+    return len(port.shape) == 2 and port.shape[1] == 3 and port.unit == "m"
 
 
 def _chart(signals: Signals, name: str, port: Port) -> Chart:
