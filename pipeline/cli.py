@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from typing import TextIO
 
-from pipeline import interrupts
+from pipeline import installation, interrupts
 from pipeline.errors import TowlineError
 
 _NEGATIVE = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)
@@ -80,7 +80,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if is_debug:
             raise
-        report(f"towline itself failed: {type(error).__name__}: {error} (--debug shows where)", is_json)
+        failed = f"towline itself failed: {type(error).__name__}: {error} (--debug shows where)"
+        report(installation.told(error) or failed, is_json)
         return FAILED
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 
 from components.contract import Component
+from pipeline import installation
 
 _RAISE = dis.opmap["RAISE_VARARGS"]  # what `raise` and `assert` are compiled to
 _NOISE = re.compile(r"Failed in|During|- Resolution|- Of which|>>>|File |None$|There are")
@@ -38,6 +39,8 @@ def fault(component: Component) -> str:
 
 def refusal(error: Exception) -> str:
     """Why numba did not compile a kernel, in one line, with the place in the component's source if it tells."""
+    if of_the_disk := installation.told(error):
+        return of_the_disk
     text = str(error)
     lines = [line.strip() for line in text.splitlines()]
     said = [line for line in lines if line and not _NOISE.match(line)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import platform
@@ -23,12 +24,17 @@ PACKAGES = ("numpy", "numba", "llvmlite", "mcap", "protobuf", "opencv-python-hea
 
 def provenance(scenario: Scenario, graph: Graph, block: int) -> dict[str, str]:
     """What the numbers depend on beside the scenario."""
-    versions = {package: version(package) for package in ("towline", *PACKAGES)}
     here = {"python": platform.python_version(), "machine": platform.machine()}
     sources = {"source_hash": cache.source_hash(), MODELS_HASH: models_hash(model_files(graph))}
     sources[FMUS] = json.dumps({str(one.path): one.digest for one in fmus(graph)})
     times = {"base_ns": str(graph.base_ns), "start_ns": str(graph.start_ns), "block_ticks": str(block)}
-    return {"scenario": scenario.name, **versions, **here, **sources, **times}
+    return {"scenario": scenario.name, **versions(), **here, **sources, **times}
+
+
+@functools.cache
+def versions() -> dict[str, str]:
+    """Of the packages. Raises PackageNotFoundError where one is not installed."""
+    return {package: version(package) for package in ("towline", *PACKAGES)}
 
 
 def model_files(graph: Graph) -> dict[str, bytes]:

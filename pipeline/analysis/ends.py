@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.analysis.markers import MarkerFrames
+from pipeline.analysis.known import first_of_each, known
+from pipeline.analysis.markers import MarkerFrames, is_line
 from pipeline.analysis.origin import Origin
 from pipeline.log.reader import ChannelInfo, Log
 
@@ -33,9 +34,9 @@ class Ends:
 def ends_of_log(log: Log, where: Origin, frames: MarkerFrames) -> Ends:
     """From the motion that drives the line's end b and the line's nodes; from the markers where the log has none."""
     line = log.channels.get(where.line)
-    if line is None or not _has(line, "nodes"):
+    if line is None or not any(port.name == "nodes" and is_line(port.shape) for port in line.ports):
         return ends_of_markers(frames)
-    t_ns, nodes = log.times(where.line), log.port(where.line, "nodes")
+    t_ns, (nodes,) = _recorded(log, where.line, "nodes")
     found = _of_motion(log, where) or _of_places(t_ns, nodes[:, -1], f"places of the end of {where.line}")
     return Ends(*found[:3], t_ns / 1e9, _length(nodes[:, -1] - nodes[:, 0]), f"{found[3]}; distance: {where.line}")
 
@@ -49,18 +50,25 @@ def _of_motion(log: Log, where: Origin) -> Motion | None:
     if where.motion is None or channel is None:
         return None
     name, bundle = where.motion
-    t_ns = log.times(name)
-    if not _has(channel, f"{bundle}.velocity"):
-        if not _has(channel, f"{bundle}.position"):
-            return None
-        return _of_places(t_ns, log.port(name, f"{bundle}.position"), f"positions of {name}")
-    velocity = log.port(name, f"{bundle}.velocity")
-    if _has(channel, f"{bundle}.acceleration"):
-        acceleration, source = log.port(name, f"{bundle}.acceleration"), f"speed and acceleration: {name}, as recorded"
+    names = [one for one in ("velocity", "acceleration", "position") if _has(channel, f"{bundle}.{one}")]
+    t_ns, values = _recorded(log, name, *(f"{bundle}.{one}" for one in names))
+    found = dict(zip(names, values, strict=True))
+    if "velocity" not in found:
+        return _of_places(t_ns, found["position"], f"positions of {name}") if "position" in found else None
+    velocity = found["velocity"]
+    if "acceleration" in found:
+        acceleration, source = found["acceleration"], f"speed and acceleration: {name}, as recorded"
     else:
         acceleration = np.gradient(velocity, t_ns / 1e9, axis=0) if len(t_ns) > 1 else np.full_like(velocity, np.nan)
         source = f"speed: {name}, as recorded; acceleration: its differences"
     return t_ns / 1e9, _length(velocity), _length(acceleration), source
+
+
+def _recorded(log: Log, name: str, *ports: str) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Times [ns], each once, and ports of a channel (k, *shape); NaN where a number is none."""
+    t_ns = log.times(name)
+    first = first_of_each(t_ns)
+    return t_ns[first], [known(log.port(name, port)[first]) for port in ports]
 
 
 def _has(channel: ChannelInfo, port: str) -> bool:

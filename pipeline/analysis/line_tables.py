@@ -44,6 +44,8 @@ def _judged(match: Match, verdict: LineVerdict) -> str:
     if match.missing:
         return f"is not judged: {match.missing}."
     d = match.durations
+    if not (np.isfinite(match.e_shape) | np.isfinite(match.e_tension)).any():
+        return f"is not judged: in none of {len(match.e_shape)} frames are its ends, shape and length known."
     said = [f"out of tolerance for {d.failing:.4g} of {d.record:.5g} s"]
     for error, scale, unit, name, limit in (
         (match.e_tension, 100.0, "%", "end tensions", verdict.tension_tolerance),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.analysis.durations import Durations, shares
+from pipeline.analysis.known import finite
 from pipeline.analysis.line_loads import Loads, cause, loads
 from pipeline.analysis.line_properties import Properties
 from pipeline.analysis.line_record import LineRecord
@@ -140,10 +141,12 @@ def is_near_neutral(line: Properties) -> bool:
     return bool(0.0 < line.weight < NEUTRAL * line.dry_weight)
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # what is not known, or stands in one place, gives NaN
 def judge_line(record: LineRecord, line: Properties, shape: float | None, tension: float) -> LineVerdict:
     """shape: tolerance of e_shape [m]; None: 1 % of the length. tension: of e_tension."""
     length = record.length if record.length is not None else np.full(len(record.t_ns), line.length)
-    usual = float(np.median(length)) if len(length) else line.length
+    told = finite(length)
+    usual = float(np.median(told)) if len(told) else line.length
     found = loads(record, line)
     recorded = np.full((2, len(record.t_ns)), np.nan)
     for row, force in zip(recorded, (record.force_a, record.force_b), strict=True):
@@ -205,13 +208,12 @@ def _match(
 
 def _tension_error(statics: Statics, recorded: np.ndarray, largest: np.ndarray) -> np.ndarray:
     difference = np.abs(np.stack([statics.tension_a, statics.tension_b]) - recorded)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.fmax(difference[0], difference[1]) / largest
+    return np.fmax(difference[0], difference[1]) / largest
 
 
 def _summary(values: np.ndarray) -> dict[str, float] | None:
-    finite = values[np.isfinite(values)]
-    found: Summary | None = summary(finite) if len(finite) else None
+    known = finite(values)
+    found: Summary | None = summary(known) if len(known) else None
     return None if found is None else asdict(found)
 
 

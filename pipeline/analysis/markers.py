@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pipeline.errors import LogError
-from pipeline.log.reader import Log
+from pipeline.log.reader import ChannelInfo, Log
 
 ESTIMATORS = "estimator."  # models of the family that tells of lines which are elsewhere in the scene
+DEVIATION = "deviation."  # bundle in which an estimator says how sure it is, a user's own or an FMU too
 FARTHEST = 1e12  # m: what is further is no place, such as the largest float that some tools write for a lost marker
 
 
@@ -71,8 +72,19 @@ def marker_frames(
     if not first.all():
         notes.append(f"{int((~first).sum())} frames repeated a time: the first of each was kept")
         t_ns, position, seen = t_ns[first], position[first], seen[first]
+    if heaps := _heaps(position, seen):
+        notes.append(f"in {heaps} of {len(t_ns)} frames all of it stands in one place: no length, no shape")
     position[~seen] = 0.0
     return MarkerFrames(t_ns, position, seen, _checked_arc(arc, position.shape[1], source), source, tuple(notes))
+
+
+def _heaps(position: np.ndarray, seen: np.ndarray) -> int:
+    """Frames in which more than one marker is seen, and all of them stand in one place."""
+    if position.shape[1] < 2:
+        return 0
+    first = position[np.arange(len(position)), seen.argmax(axis=1), None]
+    together = ((position == first).all(axis=2) | ~seen).all(axis=1)
+    return int((together & (seen.sum(axis=1) > 1)).sum())
 
 
 def _checked_arc(arc: np.ndarray | None, markers: int, source: str) -> np.ndarray | None:
@@ -96,12 +108,13 @@ def from_log(
     """
     info = log.channel(channel)
     shapes = {port.name: port.shape for port in info.ports}
-    name = "position" if "valid" in shapes and len(shapes.get("position", ())) == 2 else "nodes"
-    if len(shapes.get(name, ())) != 2:
+    has_markers = is_markers(shapes.get("position", ()), shapes.get("valid", ()))
+    name = "position" if has_markers else "nodes"
+    if not has_markers and not is_line(shapes.get("nodes", ())):
         have = ", ".join(f"{port} {shape}" for port, shape in shapes.items())
         raise LogError(
             f"{log.path}: channel {channel} has no markers: it needs the ports position (m, 3) and valid (m,), "
-            f"or a line's nodes (n, 3); it has {have}"
+            f"or a line's nodes (n, 3), two at least; it has {have}"
         )
     t_ns, values = log.read([channel])[channel] if read is None else read
     position = values[:, info.port(name)[1]].reshape(len(values), *shapes[name])
@@ -111,8 +124,8 @@ def from_log(
 
 def marker_channels(log: Log) -> list[str]:
     """Channels with markers; if there are none, the lines' channels (those with nodes)."""
-    ports = {name: {port.name: port.shape for port in info.ports} for name, info in log.channels.items()}
-    tracked = [name for name, p in ports.items() if "valid" in p and len(p.get("position", ())) == 2]
+    shapes = {name: {port.name: port.shape for port in info.ports} for name, info in log.channels.items()}
+    tracked = [name for name, own in shapes.items() if is_markers(own.get("position", ()), own.get("valid", ()))]
     return tracked or lines(log)
 
 
@@ -121,6 +134,21 @@ def lines(log: Log) -> list[str]:
     return [
         name
         for name, info in log.channels.items()
-        if any(port.name == "nodes" and len(port.shape) == 2 for port in info.ports)
-        and not info.metadata.get("model", "").startswith(ESTIMATORS)
+        if any(port.name == "nodes" and is_line(port.shape) for port in info.ports) and not is_estimate(info)
     ]
+
+
+def is_line(nodes: tuple[int, ...]) -> bool:
+    """Whether nodes of this shape are a line's."""
+    return len(nodes) == 2 and nodes[0] > 1 and nodes[1] == 3
+
+
+def is_markers(position: tuple[int, ...], valid: tuple[int, ...]) -> bool:
+    """Whether ports of these shapes are places of markers and which of them are seen."""
+    return len(position) == 2 and position[1] == 3 and valid == position[:1]
+
+
+def is_estimate(info: ChannelInfo) -> bool:
+    """Whether a channel tells of what is elsewhere in the scene: by its model, or as it says how sure it is."""
+    told = any(port.name.startswith(DEVIATION) for port in info.ports)
+    return told or info.metadata.get("model", "").startswith(ESTIMATORS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 from mcap.reader import make_reader
 
 from pipeline.analysis.ends import Ends, ends_of_log, ends_of_markers
@@ -19,7 +20,7 @@ from pipeline.analysis.reading import Reading
 from pipeline.analysis.scenario_entries import entries
 from pipeline.errors import LogError
 from pipeline.log.conventions import PROFILE
-from pipeline.log.reader import Log, open_log
+from pipeline.log.reader import ChannelInfo, Log, open_log
 
 CSV, MCAP, LOG = "csv", "mcap", "log"
 TABLES = (".csv", ".tsv", ".txt")
@@ -67,7 +68,9 @@ def recordings(path: Path, reading: Reading = EVERYTHING, needed: bool = True) -
         parts = from_csv(path, reading) if kind == CSV else from_mcap(path, reading)
         found = [Recording(path, name, in_line_order(frames), Origin()) for name, frames in parts.items()]
     if not found and (needed or kind != LOG):
-        raise LogError(f"{path} has no markers: no channel with positions of shape (m, 3) in its messages")
+        raise LogError(
+            f"{path} has no markers and no line: no channel with positions or nodes of shape (m, 3) in its messages"
+        )
     return found
 
 
@@ -101,12 +104,21 @@ def _of_log(log: Log, path: Path, channel: str | None) -> list[Recording]:
     records = {name: line_record(log, name, read, known.water.recorded) for name, known in made.items()}
     recordings = []
     for name, where in origins.items():
-        rows, notes = read[log.channel(name).name], ()
-        if not has(log.channels[name], "valid") and (every := stride(len(rows[0]))) > 1:
+        info, notes = log.channel(name), ()
+        rows = read[name]
+        if not info.count:
+            notes = ("it has no message",)
+        if not has(info, "valid") and (every := stride(len(rows[0]))) > 1:
             notes = (f"1 message in {every} of {len(rows[0])} is judged",)
             rows = rows[0][::every], rows[1][::every]
-        frames = from_log(log, name, where.arc, rows)
+        frames = from_log(log, name, _fitting(where.arc, info), rows)
         frames = replace(frames, notes=(*frames.notes, *notes))
         line = (records[where.line], made[where.line]) if where.line in made else None
         recordings.append(Recording(path, name, frames, where, True, line))
     return recordings
+
+
+def _fitting(arc: np.ndarray | None, info: ChannelInfo) -> np.ndarray | None:
+    """The markers' places by the scenario, where they are places of this channel's markers."""
+    shapes = [port.shape for port in info.ports if port.name == "position"]
+    return arc if arc is not None and shapes == [(len(arc), 3)] and (np.diff(arc) > 0.0).all() else None

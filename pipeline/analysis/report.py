@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.analysis.page import (
@@ -12,6 +13,7 @@ from pipeline.analysis.page import (
     estimator,
     line_estimate,
     motion,
+    others,
     overview,
     scene,
     tensions,
@@ -22,38 +24,42 @@ from pipeline.analysis.page.charts import Window
 from pipeline.analysis.page.document import document
 from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.validity import Cable
-from pipeline.errors import TowlineError
+from pipeline.errors import LogError, TowlineError
 from pipeline.log.reader import open_log
 
-OF_SIGNALS = (tensions, motion, control, thrusters, estimator, line_estimate, bonds, weather)
+OF_SIGNALS = (tensions, motion, control, thrusters, estimator, line_estimate, bonds, weather, others)
 
 
-def report(path: Path, is_log: bool, cables: list[Cable], window: Window | None = None) -> str:
-    """The page. path: of the recording; window: what the charts show at first [s].
+def report(
+    path: Path, is_log: bool, cables: list[Cable], window: Window | None = None, unjudged: Sequence[str] = ()
+) -> str:
+    """The page. path: of the recording; window: what the charts show at first [s]; unjudged: on lines left out.
 
-    Raises TowlineError if the window is not within the record, LogError if the log is damaged.
+    Raises TowlineError if the window is not within the record, LogError if the log is damaged or holds nothing.
     """
     if not is_log:
-        return _of_markers(path, cables, window)
+        return _of_markers(path, cables, window, unjudged)
     with open_log(path) as log:
+        if not log.channels:
+            raise LogError(log.warning or f"{path} has no channels: there is nothing to report")
         signals = Signals(log)
         whole = Window(signals.start, signals.end)
         _check_within(window, whole, path.name)
         drawn = scene.of_log(signals)
-        tabs = [overview.tab(log, signals, cables, drawn is not None), catenary.tab(cables)]
+        tabs = [overview.tab(log, signals, cables, drawn is not None, unjudged), catenary.tab(cables)]
         tabs += [module.tab(signals) for module in OF_SIGNALS]
         about = signals.entries.description or path.name
         found = [tab for tab in tabs if tab]
         return document(signals.entries.name or path.name, about, found, drawn, whole, window, signals.events)
 
 
-def _of_markers(path: Path, cables: list[Cable], window: Window | None) -> str:
+def _of_markers(path: Path, cables: list[Cable], window: Window | None, unjudged: Sequence[str]) -> str:
     """Of a table, or of another tool's file."""
     starts, ends = ([cable.fits.t_ns[i] / 1e9 for cable in cables if len(cable.fits.t_ns)] for i in (0, -1))
     whole = Window(float(min(starts, default=0.0)), float(max(ends, default=1.0)))
     _check_within(window, whole, ", ".join(cable.recording.name for cable in cables))
     drawn = scene.of_markers(cables[0].recording.frames) if len(cables) == 1 else None
-    tabs = [overview.tab(None, None, cables, drawn is not None), catenary.tab(cables)]
+    tabs = [overview.tab(None, None, cables, drawn is not None, unjudged), catenary.tab(cables)]
     return document(path.name, "Markers on a line", [tab for tab in tabs if tab], drawn, whole, window)
 
 

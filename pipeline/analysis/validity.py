@@ -11,6 +11,7 @@ import numpy as np
 from pipeline.analysis.bias import Shifts, by_drop_out, by_noise, floors
 from pipeline.analysis.durations import Durations, durations
 from pipeline.analysis.indicators import Fits, fit_frames
+from pipeline.analysis.known import finite
 from pipeline.analysis.line_validity import LineVerdict, judge_line
 from pipeline.analysis.markers import MarkerFrames
 from pipeline.analysis.published import Published, published
@@ -139,8 +140,9 @@ def judge(
     metres, source = (length, "as given") if length is not None else _length(recording, fits)
     limit = tolerance.metres(metres)
     if limit <= 0.0:
+        why = "" if recording.frames.valid.any() else ", and no place on it"
         raise TowlineError(
-            f"{recording.frames.source}: the line's length is not known; give --length, or a tolerance in mm"
+            f"{recording.frames.source}: the line's length is not known{why}; give --length, or a tolerance in mm"
         )
     found = published(recording.origin.scenario) if recording.origin.arc is not None else None
     return Cable(
@@ -181,7 +183,9 @@ def _biases(frames: MarkerFrames, fits: Fits) -> Biases:
 
 
 def _length(recording: Recording, fits: Fits) -> tuple[float, str]:
-    if recording.line is not None and (paid_out := recording.line[0].length) is not None and np.ptp(paid_out) > 0.0:
+    paid_out = None if recording.line is None else recording.line[0].length
+    paid_out = finite(np.empty(0) if paid_out is None else paid_out)
+    if len(paid_out) and np.ptp(paid_out) > 0.0:
         return float(np.median(paid_out)), f"of {recording.origin.line}, unstretched, median of what was paid out"
     if recording.origin.length is not None:
         return recording.origin.length, f"of {recording.origin.line}, unstretched"

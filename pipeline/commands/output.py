@@ -60,9 +60,14 @@ def _without_infinities(value: Any) -> Any:
 
 
 def compile_fresh(graph: Graph, quiet: bool) -> None:
-    """Name the components that are in no cache yet, and compile them side by side."""
-    from components import compiled  # with numba, which not every command needs
+    """Name the components that are in no cache yet, and compile them side by side.
 
+    Raises PackageNotFoundError where the run would end at once, after minutes of compiling.
+    """
+    from components import compiled  # with numba, which not every command needs
+    from pipeline.provenance import versions
+
+    versions()
     fresh = sorted({n.component.name for n in graph.nodes if not compiled.is_cached(n.component)})
     fresh += [] if cache.is_marked("native_loop") else ["the loop"]
     if fresh and not quiet:

@@ -38,9 +38,9 @@ def command(arguments: argparse.Namespace) -> int:
     start = time.perf_counter()
     window = None if arguments.window is None else Window(*validity.seconds(arguments.window))
     out = _page_path(arguments)
-    found = validity.cables(arguments, needed=False)
+    found, unjudged = validity.cables(arguments, needed=not is_log(arguments.log))
     try:
-        write(out, report(arguments.log, is_log(arguments.log), found, window))
+        write(out, report(arguments.log, is_log(arguments.log), found, window, unjudged))
     except OSError as error:
         raise TowlineError(f"{out}: cannot write the report: {error.strerror or error}") from error
     wall_s = time.perf_counter() - start

@@ -48,24 +48,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def cables(arguments: argparse.Namespace, needed: bool = True) -> list[Cable]:
-    """The cables that the arguments ask for, judged. Raises TowlineError if there are none and they are needed."""
+def cables(arguments: argparse.Namespace, needed: bool = True) -> tuple[list[Cable], list[str]]:
+    """The cables that the arguments ask for, judged; and a line on each that cannot be.
+
+    Raises TowlineError if there are none, or none that can be judged, and they are needed.
+    """
     tolerance = _tolerance(arguments.tolerance)
     tension = _share(arguments.tension_tolerance)
     length = None if arguments.length is None else _positive("length", arguments.length)
     noise_m = None if arguments.noise is None else _positive("noise", arguments.noise)
     reading = Reading(arguments.channel, arguments.field, arguments.up, arguments.time_unit)
-    found = recordings(arguments.log, reading, needed)
     if is_log(arguments.log):
         with open_log(arguments.log) as log:
             if log.warning:
                 warn(log.warning)
-    if not found:
-        return []
+    read = recordings(arguments.log, reading, needed)
+    if not read:
+        return [], []
+    found, unjudged = [], []
     with saying_that_fits_compile(arguments.method, arguments.json):
-        return [
-            judge(recording.with_noise(noise_m), arguments.method, tolerance, length, tension) for recording in found
-        ]
+        for recording in read:
+            try:
+                found.append(judge(recording.with_noise(noise_m), arguments.method, tolerance, length, tension))
+            except TowlineError as error:
+                unjudged.append(str(error))
+    if needed and not found:
+        raise TowlineError("\n".join(unjudged))
+    unjudged = [f"not judged: {text}" for text in unjudged]
+    notes = [f"{one.recording.frames.source}: {note}" for one in found for note in one.recording.frames.notes]
+    for text in (*unjudged, *notes):
+        warn(text)
+    return found, unjudged
 
 
 def seconds(texts: list[str]) -> tuple[float, ...]:
@@ -114,10 +127,7 @@ def _positive(name: str, text: str, unit: str = "m") -> float:
 
 def command(arguments: argparse.Namespace) -> int:
     """Judge and print."""
-    found = cables(arguments)
-    for cable in found:
-        for note in cable.recording.frames.notes:
-            warn(f"{cable.recording.frames.source}: {note}")
+    found, _ = cables(arguments)
     if arguments.json:
         print_json({"cables": {cable.recording.name: cable.as_json() for cable in found}})
         return 0

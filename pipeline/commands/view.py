@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 
 from pipeline.commands.output import console, print_json, warn
-from pipeline.errors import TowlineError
+from pipeline.errors import LogError, TowlineError
 from pipeline.log.reader import Log, open_log
 
 
@@ -32,6 +32,8 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.at is not None and not arguments.screenshot:
         raise TowlineError("--at is the time of a picture; give --screenshot F.png too")
     with tempfile.TemporaryDirectory(prefix="towline-view-") as folder, open_log(arguments.log) as log:
+        if not log.channels:
+            raise LogError(log.warning or f"{log.path} has no channels: there is nothing to show")
         if log.warning:
             warn(log.warning)
         path = arguments.save or Path(folder) / "recording.rrd"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from zipfile import is_zipfile
@@ -40,15 +41,17 @@ def cached_fmu(folder: Path, reference: str) -> Path:
 
 
 def _keep(path: Path, archive: bytes) -> None:
-    """Write an FMU whole or not at all. Raises TowlineError."""
+    """Write an FMU whole or not at all; of several processes at once the last one's stays. Raises TowlineError."""
     fresh = path.with_suffix(f".{os.getpid()}.tmp")
     try:
         path.parent.mkdir(exist_ok=True)
         fresh.write_bytes(archive)
         fresh.replace(path)
     except OSError as error:
-        fresh.unlink(missing_ok=True)
-        raise TowlineError(f"{path}: the FMU cannot be kept: {error.strerror}") from error
+        with suppress(OSError):
+            fresh.unlink()
+        remedy = "mend that, or set TOWLINE_CACHE to a folder to keep compiled code in"
+        raise TowlineError(f"{path}: the FMU cannot be kept: {error.strerror}; {remedy}") from error
 
 
 def _key(found: Instance) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import time
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
     import pandas
 
 _CRC_BYTES = 4
+FRESH_S = 10.0  # since the last write: a run writes each second, but for one block of ticks that takes longer
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,7 @@ class ChannelInfo:
 
 
 def open_log(path: Path | str) -> Log:
-    """Open a log, whole or interrupted.
+    """Open a log, whole, interrupted or still being written: what is read is what stood in it when it was opened.
 
     Raises LogError if there is no such file, or it is empty, not MCAP, not Towline's or damaged beyond reading.
     """
@@ -107,7 +110,9 @@ class Log:
         """What the user should know before trusting the log; empty if it is whole and its run came to its end."""
         end = f"readable up to {self.end_ns / 1e9:.6g} s of simulated time"
         if not self.complete:
-            return f"{self.path} was interrupted: {end}"
+            fresh = time.time() - os.fstat(self._file.fileno()).st_mtime < FRESH_S
+            said = "is still being written, or was interrupted" if fresh else "was interrupted"
+            return f"{self.path} {said}: {end if self.channels else 'nothing is in it yet'}"
         try:
             ending = self.metadata(RESULT).get(ENDING, COMPLETE)
         except LogError as error:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from components.contract import Port
+from pipeline.analysis.known import known
 from pipeline.log.reader import ChannelInfo, Log
 
 PERIOD_NS = 100_000_000  # of what is drawn: a viewer takes them all into memory
@@ -65,13 +66,13 @@ def shown_unit(port: Port) -> str:
 
 
 def drawn(log: Log) -> Iterator[Drawn]:
-    """Each component's rows, one at most in PERIOD_NS."""
+    """Each component's rows, one at most in PERIOD_NS; NaN for what no viewer can draw."""
     for name, (t_ns, rows) in log.read().items():
         if not len(t_ns):
             continue
         slots = t_ns // PERIOD_NS
         keep = np.concatenate([[True], np.diff(slots) > 0])
-        yield Drawn(log.channel(name), t_ns[keep], rows[keep])
+        yield Drawn(log.channel(name), t_ns[keep], known(rows[keep]))
 
 
 def _is_place(port: Port) -> bool:

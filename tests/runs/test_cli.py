@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
 import sys
 import time
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
 
+from pipeline import installation
 from pipeline.cli import main
 from pipeline.commands import bench
 from pipeline.commands.bench_page import Measured, update
 from pipeline.errors import TowlineError
 from pipeline.log.reader import open_log
 from pipeline.log.recorder import Recorder
+from pipeline.provenance import versions
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario
 from pipeline.wiring import build_graph
@@ -268,6 +273,51 @@ def test_disk_full(tmp_path):
     log = open_log(out)
     assert not log.complete
     assert "interrupted: readable up to" in log.warning
+
+
+def test_cache_on_a_full_disk(tmp_path):
+    """Compiled code that cannot be kept: one line with where it is kept and what helps."""
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (8 << 10, 8 << 10))
+
+    kept = os.environ | {"TOWLINE_CACHE": str(tmp_path / "cache")}
+    done = towline("run", RING, "--out", str(tmp_path / "a.mcap"), "--json", preexec_fn=limit, env=kept)
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    told = r"File too large; compiled code is kept in .*cache/\w+: make room there, or set TOWLINE_CACHE"
+    assert re.search(told, line)
+
+
+def test_package_that_is_not_installed(monkeypatch, capsys, tmp_path):
+    """As in an environment made before a dependency was added: told before anything is compiled, with the remedy."""
+
+    def absent(name):
+        raise PackageNotFoundError(name)
+
+    versions.cache_clear()
+    monkeypatch.setattr("pipeline.provenance.version", absent)
+    monkeypatch.setattr("pipeline.commands.output.compile_side_by_side", lambda _: pytest.fail("it compiled"))
+    status, result = call(capsys, "run", RING, "--out", str(tmp_path / "a.mcap"))
+    assert status == 1
+    assert result["error"].startswith(f"the package towline is not installed in {sys.prefix}: ")
+    assert result["error"].endswith(f"run `make` there, or {sys.executable} -m pip install -e {ROOT}")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (ModuleNotFoundError("No module named 'cv2'", name="cv2"), "the package cv2 is not installed in"),
+        (ImportError("cannot import name 'x'", name="zenoh.ext"), "the package zenoh does not fit in"),
+        (ImportError("cannot import name 'x'", name="pipeline.run"), None),
+        (OSError(errno.EACCES, "Permission denied", "/x"), None),
+    ],
+)
+def test_errors_of_the_installation(error, said):
+    found = installation.told(error)
+    assert found is None if said is None else found.startswith(said)
 
 
 def test_interrupt_closes_the_log(tmp_path):

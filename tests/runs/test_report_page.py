@@ -168,7 +168,7 @@ def test_loads_alone_and_without_errors(page, log):
 
 def test_tabs_are_those_that_the_log_has_data_of(page):
     names = page.value("[...document.querySelectorAll('[role=tab]')].map((tab) => tab.textContent)")
-    bodies = ["Tensions", "Motion", "Control", "Thrusters", "Estimator", "Power bonds", "Weather"]
+    bodies = ["Tensions", "Motion", "Control", "Thrusters", "Estimator", "Estimated line", "Power bonds", "Weather"]
     assert names == ["Overview", "Catenary", *bodies]
     shown = page.value("[...document.querySelectorAll('[role=tabpanel]')].filter((one) => !one.hidden).length")
     assert shown == 1

@@ -1,12 +1,15 @@
 """Scenes whose components are FMUs of other scenes give the native scenes' bits, wire by wire."""
 
+import errno
+import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pipeline.errors import ScenarioError
+from pipeline.errors import ScenarioError, TowlineError
 from pipeline.fmu.cached import cached_fmu
 from pipeline.log.reader import open_log
 from pipeline.run import Options, run_scenario
@@ -112,6 +115,61 @@ def test_an_own_component_is_built_anew_when_a_file_beside_it_changes(tmp_path, 
     assert built(1.0).read_bytes() == archive
     for path in (first, second):
         path.unlink()
+
+
+# Instead of building, which takes seconds, each brings the same archive, and waits for the other to have done so.
+AT_ONCE = """
+import io, os, sys, time, zipfile
+from pathlib import Path
+from pipeline.fmu import build, cached
+
+folder, scenes = Path(sys.argv[1]), Path(sys.argv[2])
+cached.cache_folder = lambda: folder
+
+def together(*_):
+    (folder / f"built-{os.getpid()}").touch()
+    while len(list(folder.glob("built-*"))) < 2:
+        time.sleep(0.01)
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr(zipfile.ZipInfo("large"), bytes(1 << 24))
+    return archive.getvalue()
+
+build.build = together
+print(cached.cached_fmu(scenes, "van_der_pol.yaml#a"))
+"""
+
+
+def test_two_processes_build_one_fmu_at_once(tmp_path):
+    """Both have built it before either keeps it: both get the same whole file, and nothing else is left."""
+    words = [sys.executable, "-c", AT_ONCE, str(tmp_path), str(SCENARIOS)]
+    both = [subprocess.Popen(words, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    paths = {process.communicate(timeout=120)[0].strip() for process in both}
+    assert [process.returncode for process in both] == [0, 0]
+    (path,) = paths
+    with zipfile.ZipFile(path) as archive:
+        assert archive.testzip() is None
+    assert [one.name for one in (tmp_path / "fmus").iterdir()] == [Path(path).name]
+
+
+@pytest.mark.parametrize("fault", ["no folder", "full"])
+def test_an_fmu_that_cannot_be_kept(fault, tmp_path, monkeypatch):
+    """Where the FMUs' folder cannot be made, or the disk is full amid one: one line, and no half of it is left."""
+
+    def full(path, data):
+        with open(path, "wb") as file:
+            file.write(data[:10])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("pipeline.fmu.cached.cache_folder", lambda: tmp_path)
+    monkeypatch.setattr("pipeline.fmu.build.build", lambda *_: bytes(1000))
+    if fault == "no folder":
+        (tmp_path / "fmus").write_text("a file")
+    else:
+        monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(TowlineError, match=r"the FMU cannot be kept: .*; mend that, or set TOWLINE_CACHE"):
+        cached_fmu(SCENARIOS, "van_der_pol.yaml#a")
+    assert fault == "no folder" or not list((tmp_path / "fmus").iterdir())
 
 
 def test_a_file_with_the_sign_of_references_in_its_name(tmp_path):

@@ -10,7 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.analysis.estimates import tether_estimates
 from pipeline.analysis.markers import lines
+from pipeline.analysis.page import line_estimate, tensions
+from pipeline.analysis.page.signals import Signals
+from pipeline.analysis.page.tab import heading
 from pipeline.log.reader import open_log
 from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario
@@ -64,3 +68,21 @@ def test_end_b(seen):
     off = seen("estimator", "end_b.position") - seen("rov", "hook.position")
     assert rms(np.linalg.norm(off, axis=1)) <= 1.5
     assert (rms(off / seen("estimator", "deviation.end_b")) <= 1.5).all()
+
+
+def test_page_shows_it_beside_the_simulated_line(seen):
+    """What the page says is what the other tests here find: places at equal shares of the length, within the stretch
+    and the arc's rounding at nodes (0.1 m); tensions as the line gives them to its holders."""
+    signals = Signals(seen.log)
+    (found,) = tether_estimates(signals)
+    late = found.t >= 30.0
+    off = np.linalg.norm(seen("estimator", "nodes") - seen("tether", "nodes")[:, ::2], axis=2)
+    assert found.off[late] == pytest.approx(off, abs=0.1)
+    true = np.linalg.norm(seen("tether", "force_a"), axis=1)
+    assert found.true_tension[late, 0] == pytest.approx(true, rel=1e-12)
+    charts = {item.title: item for item in line_estimate.tab(signals).items if not isinstance(item, str)}
+    for end in "ab":
+        names = [series.name for series in charts[f"Tension at end {end}"].series]
+        assert names == ["estimated", "+2σ", "−2σ", "simulated"]
+    assert sum(title.startswith("NIS of the") for title in charts) == 2
+    assert not [item for item in tensions.tab(signals).items if item == heading("estimator")]

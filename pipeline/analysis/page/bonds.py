@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.analysis.known import finite
 from pipeline.analysis.page.charts import Chart, Series
 from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.page.tab import Tab, heading, table
@@ -18,7 +19,7 @@ def tab(signals: Signals) -> Tab | None:
     items: list[str | Chart] = [table(header, [_row(signals, name) for name in found], "bonds")]
     for name in found:
         t, short = signals.t(name), name.partition("/")[2] or name
-        residual, through = (np.cumsum(signals.port(name, port)) for port in ("residual", "throughput"))
+        residual, through = (np.nancumsum(signals.port(name, port)) for port in ("residual", "throughput"))
         items += [
             heading(short),
             Chart("Residual energy, summed up", "energy [J]", [Series("residual", t, residual)]),
@@ -30,7 +31,8 @@ def tab(signals: Signals) -> Tab | None:
 
 
 def _row(signals: Signals, name: str) -> list[str]:
-    residual, through = (float(signals.port(name, port).sum()) for port in ("residual", "throughput"))
+    residual, through = (float(np.nansum(signals.port(name, port))) for port in ("residual", "throughput"))
     share = f"{abs(residual) / through:.2g}" if through else "-"
-    rounds = f"{signals.port(name, 'rounds').mean():.3g}"
+    known = finite(signals.port(name, "rounds"))
+    rounds = f"{known.mean():.3g}" if len(known) else "-"
     return [name.partition("/")[2] or name, f"{residual:.3g}", f"{through:.3g}", share, rounds]

@@ -69,7 +69,7 @@ class Chart:
 
 
 def _curve(series: Series) -> dict[str, Any]:
-    t, values = thinned(np.asarray(series.t, float), np.asarray(series.values, float))
+    t, values = thinned(np.asarray(series.t, float), np.asarray(series.values, float).reshape(len(series.t)))
     return {
         "name": series.name,
         "kind": series.kind,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.analysis.known import finite
 from pipeline.analysis.page.charts import Chart, Series
 from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.page.tab import Tab, heading, table
@@ -16,7 +17,7 @@ def tab(signals: Signals) -> Tab | None:
     items: list[str | Chart] = []
     rows = []
     for name in signals.having("error.position", "error.heading"):
-        rows.append(_row(signals, name))
+        rows.append(row(signals, name))
         items += [heading(name), *_errors(signals, name), *_forces(signals, name)]
     for name in signals.having("error.across", "error.along"):
         items += [heading(name), *_towing(signals, name)]
@@ -27,18 +28,20 @@ def tab(signals: Signals) -> Tab | None:
 
 
 def performance(signals: Signals, name: str) -> tuple[float, float, float, float]:
-    """Root mean square and largest error of position [m] and heading [deg]."""
+    """Root mean square and largest error of position [m] and heading [deg]; NaN where none is known."""
     distance = np.linalg.norm(signals.rows(name, "error.position"), axis=1)
-    angle = np.abs(np.degrees(signals.port(name, "error.heading")))
-    return _rms(distance), float(distance.max()), _rms(angle), float(angle.max())
+    angle = np.abs(np.degrees(signals.rows(name, "error.heading")))
+    return (*_sizes(distance), *_sizes(angle))
 
 
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+def _sizes(values: np.ndarray) -> tuple[float, float]:
+    known = finite(values)
+    return (float(np.sqrt(np.mean(known**2))), float(known.max())) if len(known) else (np.nan, np.nan)
 
 
-def _row(signals: Signals, name: str) -> list[str]:
-    return [name, *(f"{value:.3g}" for value in performance(signals, name))]
+def row(signals: Signals, name: str) -> list[str]:
+    """The controller's name and its performance, in figures."""
+    return [name, *("-" if np.isnan(value) else f"{value:.3g}" for value in performance(signals, name))]
 
 
 def _errors(signals: Signals, name: str) -> list[Chart]:

@@ -81,18 +81,22 @@ def _degrees(signals: Signals, name: str, what: str, columns: int) -> int:
 def _errors(signals: Signals, name: str) -> list[Chart]:
     """Of the estimated position and heading from the vessel's own slow motion, beside what the estimator says."""
     vessel = _vessel(signals, name)
-    if not signals.has(name, "estimate.position", "estimate.heading") or not signals.has(vessel, "low.position"):
+    told = signals.has(name, "estimate.position", "estimate.heading")
+    if not told or not signals.has(vessel, "low.position", "low.heading"):
         return []
-    t = signals.t(name)
-    true = _at(t, signals.t(vessel), signals.port(vessel, "low.position"))
-    turn = np.unwrap(signals.port(vessel, "low.heading"))
-    error = signals.port(name, "estimate.position") - true
-    turned = signals.port(name, "estimate.heading") - _at(t, signals.t(vessel), turn[:, None])[:, 0]
+    t, heading = signals.t(name), signals.rows(vessel, "low.heading")[:, 0]
+    seen = np.isfinite(heading)
+    if not seen.any():
+        return []
+    true = _at(t, signals.t(vessel), signals.rows(vessel, "low.position"))
+    error = signals.rows(name, "estimate.position") - true
+    turn = np.interp(t, signals.t(vessel)[seen], np.unwrap(heading[seen]))
+    turned = signals.rows(name, "estimate.heading")[:, 0] - turn
     turned = (turned + np.pi) % (2.0 * np.pi) - np.pi
     place = [Series(axis, t, error[:, i]) for i, axis in enumerate(("north", "east"))]
     angle = [Series("heading", t, np.degrees(turned))]
     if signals.has(name, "deviation.position", "deviation.heading"):
-        sigma = 2.0 * np.linalg.norm(signals.port(name, "deviation.position"), axis=1) / np.sqrt(2.0)
+        sigma = 2.0 * np.linalg.norm(signals.rows(name, "deviation.position"), axis=1) / np.sqrt(2.0)
         place += [Series(f"{sign}2σ as estimated", t, side * sigma, faint=True) for sign, side in (("+", 1), ("−", -1))]
         sigma = 2.0 * np.degrees(signals.port(name, "deviation.heading"))
         angle += [Series(f"{sign}2σ as estimated", t, side * sigma, faint=True) for sign, side in (("+", 1), ("−", -1))]

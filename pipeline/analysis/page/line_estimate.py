@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.analysis.estimates import Estimate, estimates
-from pipeline.analysis.page.charts import Chart, Series
+from pipeline.analysis.estimates import Estimate, TetherEstimate, estimates, tether_estimates
+from pipeline.analysis.known import finite
+from pipeline.analysis.page.charts import Chart, Series, when
 from pipeline.analysis.page.estimator import LIKELY, chi_square
 from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.page.tab import Tab, heading
+
+PARTS = ((0.25, "a quarter from end a"), (0.5, "in the middle"), (0.75, "three quarters from it"), (1.0, "at end b"))
+MEASURED = ("position of end b", "tension")  # whose innovations estimators of a whole line tell
 
 
 def tab(signals: Signals) -> Tab | None:
@@ -16,6 +20,8 @@ def tab(signals: Signals) -> Tab | None:
     items: list[str | Chart] = []
     for one in estimates(signals):
         items += [heading(one.name), _tension(one), _angles(one), _moments(one), _consistency(one)]
+    for whole in tether_estimates(signals):
+        items += [heading(whole.name), *_shape(whole), *_end_tensions(whole), *_squares(whole), *_refused(whole)]
     return Tab("line", "Estimated line", items) if items else None
 
 
@@ -33,22 +39,42 @@ def _moments(one: Estimate) -> Chart:
 
 
 def _tension(one: Estimate) -> Chart:
-    sides = (("+", 1.0), ("−", -1.0))
-    series = [Series("estimated", one.t, one.tension)]
-    series += [Series(f"{sign}2σ", one.t, one.tension + 2.0 * side * one.deviation, faint=True) for sign, side in sides]
-    said = ""
-    if one.true_tension is not None:
-        series.append(Series("simulated", one.t, one.true_tension))
-        error = one.tension - one.true_tension
-        mean, rms, scale = error.mean(), np.sqrt(np.mean(error**2)), np.mean(np.abs(one.true_tension))
-        said = f"Error {mean:.3g} N in the mean and {rms:.3g} N rms ({100 * rms / scale:.3g} % of the mean tension)."
-    return Chart("Tension at the end", "tension [N]", series, said)
+    return _beside("Tension at the end", one.t, one.tension, one.deviation, one.true_tension)
+
+
+def _beside(
+    title: str, t: np.ndarray, tension: np.ndarray, deviation: np.ndarray, true: np.ndarray | None, said: str = ""
+) -> Chart:
+    """A tension with two standard deviations to either side, and the simulated one."""
+    series = [Series("estimated", t, tension), *_two_sigma(t, tension, deviation)]
+    if true is not None:
+        series.append(Series("simulated", t, true))
+        both = np.isfinite(tension - true)
+        error, scale = (tension - true)[both], np.abs(true[both]).mean() if both.any() else 0.0
+        if scale > 0.0:
+            rms, within = np.sqrt(np.mean(error**2)), np.mean(np.abs(error) <= 2.0 * deviation[both])
+            said += (
+                f"Error {error.mean():.3g} N in the mean and {rms:.3g} N rms ({100 * rms / scale:.3g} % of the mean "
+                f"tension); {100 * within:.3g} % of the time within 2σ."
+            )
+    return Chart(title, "tension [N]", series, said)
+
+
+def _two_sigma(t: np.ndarray, about: np.ndarray, deviation: np.ndarray) -> list[Series]:
+    return [
+        Series(f"{sign}2σ", t, about + 2.0 * side * deviation, faint=True) for sign, side in (("+", 1.0), ("−", -1.0))
+    ]
 
 
 def _consistency(one: Estimate) -> Chart:
-    some = one.freedom > 0.0
-    t, freedom = one.t[some], one.freedom[some]
-    values = one.nis[some] / freedom
+    return _nis("NIS over its degrees of freedom", one.t, one.nis, one.freedom)
+
+
+def _nis(title: str, times: np.ndarray, nis: np.ndarray, all_freedom: np.ndarray) -> Chart:
+    """Normalised innovations squared of what was measured, with the band of chi-square."""
+    some = all_freedom > 0.0
+    t, freedom = times[some], all_freedom[some]
+    values = nis[some] / freedom
     known = {
         degrees: [chi_square(degrees, 0.5 + side * LIKELY / 2) / degrees for side in (-1, 1)] for degrees in {*freedom}
     }
@@ -59,4 +85,48 @@ def _consistency(one: Estimate) -> Chart:
         Series(f"{100 * LIKELY:g} % band, {name}", t, edges[:, i], faint=True) for i, name in enumerate(("low", "high"))
     ]
     said = f"{100 * within:.3g} % of {len(values)} measurements are within the band of chi-square."
-    return Chart("NIS over its degrees of freedom", "NIS [1]", series, said, log=True)
+    return Chart(title, "NIS [1]", series, said, log=True)
+
+
+def _shape(one: TetherEstimate) -> list[Chart]:
+    """How far the estimated line is from the simulated one, along it and at end b."""
+    if one.off is None or one.off_end is None:
+        return []
+    last = one.off.shape[1] - 1
+    curves = [Series(name, one.t, one.off[:, round(part * last)]) for part, name in PARTS]
+    curves.append(Series("root mean square of all nodes", one.t, np.sqrt((one.off**2).mean(axis=1)), faint=True))
+    errors = finite(one.off)
+    rms = f"Root mean square of all nodes and times {np.sqrt(np.mean(errors**2)):.3g} m. " if len(errors) else ""
+    said = f"{rms}Between nodes at the same share of the length; the animation of the overview shows both lines."
+    axes = [Series(axis, one.t, one.off_end[:, i]) for i, axis in enumerate(("north", "east", "down"))]
+    sigma = np.sqrt((one.place**2).mean(axis=1))
+    return [
+        Chart("Off the simulated line", "distance [m]", curves, said),
+        Chart(
+            "Error of the place of end b",
+            "error [m]",
+            [*axes, *_two_sigma(one.t, np.zeros(len(one.t)), sigma)],
+            "2σ: as estimated, root mean square of the three axes.",
+        ),
+    ]
+
+
+def _end_tensions(one: TetherEstimate) -> list[Chart]:
+    true = (None, None) if one.true_tension is None else one.true_tension.T
+    return [
+        _beside(f"Tension at end {end}", one.t, one.tension[:, i], one.deviation[:, i], true[i])
+        for i, end in enumerate("ab")
+    ]
+
+
+def _squares(one: TetherEstimate) -> list[Chart]:
+    return [
+        _nis(f"NIS of the {what} over its degrees of freedom", one.t, one.nis[:, i], one.freedom[:, i])
+        for i, what in enumerate(MEASURED)
+    ]
+
+
+def _refused(one: TetherEstimate) -> list[Chart]:
+    """When no line fitted the ends and the length, and the last shape was given again."""
+    spans = when(one.t, one.held > 0.5)
+    return [Chart("Last shape held", "no line fits", lanes=[("held", spans)])] if spans else []

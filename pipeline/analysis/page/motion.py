@@ -31,7 +31,7 @@ def tab(signals: Signals) -> Tab | None:
         charts.append(Chart("Depth of the reference points", "depth [m]", _series(signals, depth)))
     for name in found:
         attitude = np.degrees(signals.port(name, "attitude")[:, :2])
-        if np.ptp(attitude, axis=0).max() > 0.0:
+        if not (attitude == attitude[0]).all():
             tilt = [("roll", attitude[:, 0]), ("pitch", attitude[:, 1])]
             charts.append(Chart(f"Roll and pitch of {name}", "angle [°]", _of(signals, name, tilt)))
     for name in signals.having("payout_rate", "stored"):

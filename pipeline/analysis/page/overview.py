@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import escape
 
 from pipeline.analysis.line_validity import TITLES
@@ -10,16 +10,22 @@ from pipeline.analysis.page import control
 from pipeline.analysis.page.charts import Chart
 from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.page.tab import Tab, heading, paragraph, table
+from pipeline.analysis.page.tensions import lines
 from pipeline.analysis.validity import Cable
 from pipeline.log.reader import Log
 
+MOST_ODD = 5  # lines that are shown at once
 
-def tab(log: Log | None, signals: Signals | None, cables: list[Cable], has_scene: bool) -> Tab:
-    """log, signals: None for a table of markers."""
+
+def tab(
+    log: Log | None, signals: Signals | None, cables: list[Cable], has_scene: bool, unjudged: Sequence[str] = ()
+) -> Tab:
+    """log, signals: None for a table of markers. unjudged: a sentence on each line that was not judged."""
     items: list[str | Chart] = []
     if log is not None and signals is not None:
         items += _run(log, signals)
     items += _verdicts(cables)
+    items += [paragraph(text, "warning") for text in unjudged]
     if has_scene:
         items.append(SCENE)
     if signals is not None:
@@ -47,13 +53,27 @@ def _run(log: Log, signals: Signals) -> Iterator[str]:
         *([f"Towline {run['towline']}"] if "towline" in run else []),
     ]
     yield paragraph(" · ".join(facts), "small")
+    if odd := [*signals.oddities, *_heaps(signals)]:
+        listed = f'<ul class="small warning">{"".join(f"<li>{escape(line)}</li>" for line in odd)}</ul>'
+        summary = f"<summary>{len(odd)} things are odd in this log</summary>"
+        yield listed if len(odd) <= MOST_ODD else f"<details>{summary}{listed}</details>"
+
+
+def _heaps(signals: Signals) -> Iterator[str]:
+    """Lines that have no length."""
+    for name in lines(signals):
+        nodes = signals.port(name, "nodes")
+        count = int((nodes == nodes[:, :1]).all(axis=(1, 2)).sum())
+        if count:
+            yield f"{name}: all its nodes stand in one place in {count} of {len(nodes)} messages"
 
 
 def _events(signals: Signals) -> Iterator[str]:
     if signals.events:
         rows = ([f"{t:.6g}", escape(text)] for t, text in signals.events[:100])
         inside = table(["at [s]", "event"], rows, "events")
-        yield f"<details open><summary>{len(signals.events)} events</summary>{inside}</details>"
+        count = "1 event" if len(signals.events) == 1 else f"{len(signals.events)} events"
+        yield f"<details open><summary>{count}</summary>{inside}</details>"
 
 
 def _verdicts(cables: list[Cable]) -> Iterator[str]:
@@ -88,5 +108,5 @@ def _numbers(signals: Signals) -> Iterator[str]:
     held = signals.having("error.position", "error.heading")
     if held:
         yield heading("Control")
-        rows = [[name, *(f"{value:.3g}" for value in control.performance(signals, name))] for name in held]
+        rows = [control.row(signals, name) for name in held]
         yield table(["", "position, rms [m]", "largest [m]", "heading, rms [°]", "largest [°]"], rows, "performance")

@@ -44,6 +44,21 @@ class Scene {
     bodies.sort((a, b) => this.project(b.at)[2] - this.project(a.at)[2]);
     for (const { body, at } of bodies) this.body(body, at, t);
     this.compass();
+    this.names();
+  }
+
+  // Of the lines, in their colours, where there is more than one.
+  names() {
+    if (data.scene.lines.length < 2) return;
+    this.pen.font = FONT;
+    this.pen.textAlign = "left";
+    this.pen.textBaseline = "middle";
+    data.scene.lines.forEach((line, i) => {
+      const y = 12 + 16 * i;
+      this.path([[8, y], [24, y]], LINE_COLORS[i % LINE_COLORS.length], 2.5);
+      this.pen.fillStyle = "#1c1c1c";
+      this.pen.fillText(line.name, 30, y);
+    });
   }
 
   path(points, color, width, dash = []) {

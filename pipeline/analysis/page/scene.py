@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.analysis.markers import MarkerFrames
+from pipeline.analysis.markers import MarkerFrames, is_estimate, is_markers
 from pipeline.analysis.page.charts import encoded
 from pipeline.analysis.page.motion import bodies
 from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.page.tensions import lines
+from pipeline.analysis.scenario_entries import number
 
 FRAMES = 1200  # of the animation, between which it draws straight on
 NODES = 60  # of a line
@@ -32,14 +33,14 @@ def of_log(signals: Signals) -> Scene | None:
     ]
     points = [_body(_called(name, port), _at(signals, name, port, t), None, None) for name, port in _points(signals)]
     tracked = [_markers(name, signals, t) for name in signals.having("position", "valid") if _is_tracker(signals, name)]
-    return {
-        "t": [float(t[0]), float(t[-1])],
-        "frames": count,
-        "lines": drawn,
-        "bodies": [*rigid, *points],
+    found = {
+        "lines": [one for one in drawn if one],
+        "bodies": [one for one in [*rigid, *points] if one],
         "markers": [one for one in tracked if one],
-        "paths": _paths(signals),
     }
+    if not any(found.values()):
+        return None
+    return {"t": [float(t[0]), float(t[-1])], "frames": count, **found, "paths": _paths(signals)}
 
 
 def of_markers(frames: MarkerFrames) -> Scene | None:
@@ -59,10 +60,10 @@ def _moving(signals: Signals) -> list[str]:
 
 
 def _points(signals: Signals) -> list[tuple[str, str]]:
-    """Points that move by themselves: bundles of a place and a velocity, but of a body or a sensor."""
+    """Points that move by themselves: bundles of a place and a velocity, but of a body, a sensor or an estimator."""
     found = []
-    for name in signals.channels:
-        if name in bodies(signals):
+    for name, info in signals.channels.items():
+        if name in bodies(signals) or is_estimate(info):
             continue
         for port in signals.ports(name):
             bundle = port.removesuffix("position")
@@ -79,14 +80,17 @@ def _called(name: str, port: str) -> str:
 
 
 def _is_tracker(signals: Signals, name: str) -> bool:
-    return len(signals.channels[name].port("position")[0].shape) == 2
+    return is_markers(signals.shape(name, "position"), signals.shape(name, "valid"))
 
 
 def _at(signals: Signals, name: str, port: str, t: np.ndarray) -> np.ndarray:
-    """A port's numbers (k, n) at other times, linear between messages."""
+    """A port's places (k, 3 m) at other times, linear between messages; without points that are nowhere known."""
     times, values = signals.t(name), signals.port(name, port)
     if values.ndim == 3 and values.shape[1] > NODES:
         values = values[:, np.linspace(0, values.shape[1] - 1, NODES).round().astype(int)]
+    if np.isnan(values).any():
+        places = values.reshape(len(values), -1, 3)
+        values = _held(places, np.isfinite(places.sum(axis=2)))
     values = values.reshape(len(values), -1)
     after = np.clip(np.searchsorted(times, t), 1, max(1, len(times) - 1))
     if len(times) < 2:
@@ -97,8 +101,12 @@ def _at(signals: Signals, name: str, port: str, t: np.ndarray) -> np.ndarray:
 
 def _turned(signals: Signals, name: str, t: np.ndarray) -> np.ndarray:
     """Roll, pitch, yaw at other times: (k, 3) [rad]."""
-    times, attitude = signals.t(name), np.unwrap(signals.port(name, "attitude"), axis=0)
-    return np.stack([np.interp(t, times, attitude[:, i]) for i in range(3)], axis=1)
+    times, attitude = signals.t(name), signals.port(name, "attitude")
+    seen = ~np.isnan(attitude).any(axis=1)
+    if not seen.any():
+        return np.zeros((len(t), 3))
+    turned = np.unwrap(attitude[seen], axis=0)
+    return np.stack([np.interp(t, times[seen], turned[:, i]) for i in range(3)], axis=1)
 
 
 def _size(signals: Signals, name: str) -> list[float] | None:
@@ -106,7 +114,9 @@ def _size(signals: Signals, name: str) -> list[float] | None:
     hull = signals.entries.given(name, "hull")
     if not isinstance(hull, dict):
         return None
-    return [float(str(hull[key]).partition(" ")[0]) for key in ("length", "beam", "draught")]
+    told = (number(hull.get(key)) for key in ("length", "beam", "draught"))
+    size = [one for one in told if one is not None]
+    return size if len(size) == 3 else None
 
 
 def _quantised(places: np.ndarray) -> dict[str, Any]:
@@ -118,17 +128,19 @@ def _quantised(places: np.ndarray) -> dict[str, Any]:
     return {"min": least.tolist(), "span": span.tolist(), "n": points.shape[1], "data": encoded(whole, "<u2")}
 
 
-def _line(name: str, places: np.ndarray) -> dict[str, Any]:
-    return {"name": name, **_quantised(places)}
+def _line(name: str, places: np.ndarray) -> dict[str, Any] | None:
+    """None where nothing is known of it."""
+    return {"name": name, **_quantised(places)} if places.size else None
 
 
 def _markers(name: str, signals: Signals, t: np.ndarray) -> dict[str, Any] | None:
     """Markers as they were seen; None where none was."""
-    seen = signals.port(name, "valid") > 0.5
+    places = signals.port(name, "position")
+    seen = (signals.port(name, "valid") > 0.5) & ~np.isnan(places).any(axis=2)
     if not seen.any():
         return None
     index = np.clip(np.searchsorted(signals.t(name), t, "right") - 1, 0, None)
-    held = _held(signals.port(name, "position"), seen)[index]
+    held = _held(places, seen)[index]
     return {"name": name, **_quantised(held.reshape(len(held), -1))}
 
 
@@ -139,7 +151,9 @@ def _held(place: np.ndarray, seen: np.ndarray) -> np.ndarray:
     return place[np.where(last < 0, seen.argmax(axis=0), last), np.arange(place.shape[1])]
 
 
-def _body(name: str, place: np.ndarray, attitude: np.ndarray | None, size: list[float] | None) -> dict[str, Any]:
+def _body(name: str, place: np.ndarray, attitude: np.ndarray | None, size: list[float] | None) -> dict[str, Any] | None:
+    if not place.size:
+        return None
     turned = None if attitude is None else encoded(attitude, "<f4")
     return {"name": name, **_quantised(place), "attitude": turned, "size": size}
 
@@ -149,7 +163,8 @@ def _paths(signals: Signals) -> list[dict[str, Any]]:
     found = []
     for name in signals.having("reference.position"):
         reference = signals.port(name, "reference.position")
-        if signals.channels[name].port("reference.position")[0].frame == "NED":
+        if reference.ndim == 2 and signals.channels[name].port("reference.position")[0].frame == "NED":
+            reference = reference[~np.isnan(reference).any(axis=1)]
             every = max(1, len(reference) // FRAMES)
             found.append({"name": f"reference of {name}", "data": encoded(reference[::every, :2], "<f4")})
     return found

@@ -6,16 +6,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from pipeline.analysis.known import first_of_each, known, oddities
 from pipeline.analysis.scenario_entries import Entries, entries
 from pipeline.log.reader import ChannelInfo, Log
 
 # Bundles that take room and are drawn nowhere: the laws of power bonds, the components of a sea.
 UNDRAWN = ("law", "accepted", "accelerance", "waves")
 LARGEST = 600  # floats of a port that is drawn
+_NONE = np.empty(0, np.int64)
 
 
 class Signals:
-    """Ports by channel and name; times in seconds."""
+    """Ports by channel and name; times in seconds, each once; numbers that are none are NaN. oddities: a line each."""
 
     def __init__(self, log: Log):
         """Reads them. Raises LogError if the log is damaged."""
@@ -23,20 +25,37 @@ class Signals:
         self.entries = entries(log) or Entries("", {})
         self.start, self.end = log.start_ns / 1e9, log.end_ns / 1e9
         self.events = [(t_ns / 1e9, text) for t_ns, text in log.events()]
-        self._ports = {name: list(_drawn(info)) for name, info in log.channels.items()}
-        counts = {name: info.count for name, info in log.channels.items() if self._ports[name]}
-        self._t = {name: np.empty(count) for name, count in counts.items()}
+        self._ports = {name: list(_drawn(info)) for name, info in log.channels.items() if info.count}
+        counts = {name: log.channels[name].count for name, ports in self._ports.items() if ports}
+        times, unknown = self._read(log, counts)
+        self.oddities = [
+            line
+            for name, info in log.channels.items()
+            if name in counts or not info.count
+            for line in oddities(name, times.get(name, _NONE), unknown.get(name, 0), log.end_ns)
+        ]
+        first = {name: first_of_each(t_ns) for name, t_ns in times.items()}
+        self._t = {name: t_ns[first[name]] / 1e9 for name, t_ns in times.items()}
+        for name in (name for name in counts if not first[name].all()):
+            self._values[name] = {port: values[first[name]] for port, values in self._values[name].items()}
+
+    def _read(self, log: Log, counts: dict[str, int]) -> tuple[dict[str, np.ndarray], dict[str, int]]:
+        """All messages: times [ns] by channel, and how many messages hold numbers that are not known."""
+        times = {name: np.empty(count, np.int64) for name, count in counts.items()}
         self._values = {
             name: {port: np.empty((counts[name], part.stop - part.start)) for port, part in self._ports[name]}
             for name in counts
         }
-        done = dict.fromkeys(counts, 0)
+        done, unknown = dict.fromkeys(counts, 0), dict.fromkeys(counts, 0)
         for name, t_ns, values in log.parts(list(counts)):
             rows = slice(done[name], done[name] + len(t_ns))
-            self._t[name][rows] = t_ns / 1e9
+            times[name][rows] = t_ns
+            kept = known(values)
+            unknown[name] += 0 if kept is values else int(np.isnan(kept).any(axis=1).sum())
             for port, part in self._ports[name]:
-                self._values[name][port][rows] = values[:, part]
+                self._values[name][port][rows] = kept[:, part]
             done[name] = rows.stop
+        return times, unknown
 
     def has(self, channel: str, *ports: str) -> bool:
         """Whether all these ports were recorded."""

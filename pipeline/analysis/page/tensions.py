@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.analysis.markers import is_estimate, is_line
 from pipeline.analysis.page.charts import Chart, Series
 from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.page.tab import Tab, heading
 
 
 def lines(signals: Signals) -> list[str]:
-    """The channels of lines."""
-    return [name for name in signals.having("nodes") if _is_line(signals.shape(name, "nodes"))]
-
-
-def _is_line(shape: tuple[int, ...]) -> bool:
-    return len(shape) == 2 and shape[0] > 1 and shape[1] == 3
+    """The channels of lines, simulated and estimated."""
+    return [name for name in signals.having("nodes") if is_line(signals.shape(name, "nodes"))]
 
 
 def tab(signals: Signals) -> Tab | None:
     """None where no line recorded a tension."""
     items: list[str | Chart] = []
     for name in lines(signals):
+        if is_estimate(signals.channels[name]):
+            continue
         charts = list(_charts(signals, name))
         if charts:
             items += [heading(name), *charts]
@@ -55,7 +54,7 @@ def _charts(signals: Signals, name: str) -> list[Chart]:
         curves = [
             Series(one.partition(".")[2], t, signals.port(name, one), faint=one == "validity.range")
             for one in measures
-            if one == "validity.range" or signals.port(name, one).max() > 0.01
+            if one == "validity.range" or (signals.port(name, one) > 0.01).any()
         ]
         title = f"Validity of the model of {name}"
         said = "Above 1 the model itself is not to be believed."

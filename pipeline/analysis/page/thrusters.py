@@ -54,7 +54,7 @@ def _limits(signals: Signals, name: str) -> list[tuple[str, list[tuple[float, fl
             lanes += [_lane(f"{what} {i + 1}", t, values[:, i]) for i in range(values.shape[1]) if values[:, i].any()]
     for port, (sense, text) in FLAGS.items():
         if signals.has(name, port) and signals.has(name, "achieved.force"):
-            so = (signals.port(name, port) > 0.5) == sense
+            so = (signals.rows(name, port)[:, 0] > 0.5) == sense
             if so.any():
                 lanes.append(_lane(text, t, so))
     return lanes
