@@ -9,7 +9,7 @@ from pipeline import catalogue, compilation
 
 ROOT = Path(__file__).parents[1]
 # What has kernels beside the models': the fits of a catenary, camera and vision with the loop.
-COMMANDS = ("validity logs/sample.mcap", "run scenarios/marked_line.yaml --until 70ms --out {folder}/any.mcap")
+COMMANDS = ("validity logs/sample.mcap", "run scenarios/riser_tank.yaml --until 70ms --out {folder}/any.mcap")
 
 
 def main() -> None:

@@ -1,7 +1,8 @@
 """Three estimators of a riser's tension: consistency on truth of their own models, error on a simulated riser, speed.
 
 100 seeded runs each; `inside` is the share of times at which their average lies in its pointwise 95 % chi-square band.
-The simulated risers are those of the scenario riser_tank: a chain of 82 bars, and the elastic cable of tether.cable.
+The simulated risers are those of the scenario riser_tank, seen by its camera: a chain of 82 bars, and the elastic cable
+of tether.cable.
 """
 
 from __future__ import annotations
@@ -19,8 +20,6 @@ from filterpy.kalman import KalmanFilter
 from components.estimator.best.model import Best
 from components.estimator.corrected.model import Corrected
 from components.estimator.modal import corrected, joints
-from pipeline.analysis.estimates import estimates
-from pipeline.analysis.page.signals import Signals
 from pipeline.estimation.consistency import autocorrelation, inside
 from pipeline.estimation.own_truth import Campaign, Twin, campaign
 from pipeline.estimation.record import record_of
@@ -89,6 +88,7 @@ def _consistency(name: str, found: Campaign) -> Row:
 
 
 def _simulated(text: str, name: str, folder: Path) -> list[Row]:
+    """From images to tension."""
     assert LINKAGE in text
     path = folder / f"{name}.mcap"
     changed = text.replace(LINKAGE, CABLE) if name == "tether.cable" else text
@@ -106,18 +106,6 @@ def _simulated(text: str, name: str, folder: Path) -> list[Row]:
     smoothed = smooth(record_of(log, "best")).states
     force = np.hypot(smoothed[:, 10], smoothed[:, 11])
     return [*table, _tension(name, "best, smoothed", force[late], true[late])]
-
-
-def _from_images(folder: Path) -> Row:
-    """The whole chain of marked_line: camera, vision, `best`; the end is found by the estimated nodes."""
-    scenario = load_scenario_text((SCENARIOS / "marked_line.yaml").read_text(), "marked_line.yaml", SCENARIOS)
-    path = folder / "marked_line.mcap"
-    run_scenario(scenario, build_graph(scenario), path, Options(scene=False), lambda _: None)
-    (found,) = estimates(Signals(open_log(path)))
-    late = found.t > SETTLED_S
-    row = _tension("tether.cable", "camera, vision, best", found.tension[late], found.true_tension[late])
-    nis = float((found.nis[late] / np.maximum(found.freedom[late], 1.0)).mean())
-    return row | {"case": f"marked_line, tension {found.true_tension[late].mean():.2f} N in the mean", "nis_mean": nis}
 
 
 def _true_tension(log: Log) -> np.ndarray:
@@ -243,7 +231,6 @@ def rows() -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         for truth in ("tether.linkage", "tether.cable"):
             table += _simulated(text, truth, Path(folder))
-        table.append(_from_images(Path(folder)))
     table += _published() + _speeds()
     tiny = {"marker_noise": 1e-6}
     table.append(_endurance("corrected", Twin(CORRECTED, Corrected(**{**LINEAR, **tiny}), H, 1)))

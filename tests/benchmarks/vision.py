@@ -1,6 +1,6 @@
 """Markers found in rendered images of the model riser: errors, detections and false marks beside the speed.
 
-1280 x 800 pixels, 28.6 images/s, ten seconds of the scenario marked_line. `clean`: no particles, noise half a grey
+1280 x 800 pixels, 28.6 images/s, ten seconds of the scenario riser_tank. `clean`: no particles, noise half a grey
 level, nothing before the line; `default`: the scenario's scene; `hard`: three times the noise, four times the particles
 and these thrice as bright, haze, the camera bumped by (12, -7) pixels after 3 s, and no light from 5 to 6 s. Times are
 the processor's, of one thread.
@@ -29,7 +29,7 @@ from pipeline.run import Options, run_scenario
 from pipeline.scenario import load_scenario, load_scenario_text
 from pipeline.wiring import build_graph
 
-SCENARIO = Path(__file__).parents[2] / "scenarios" / "marked_line.yaml"
+SCENARIO = Path(__file__).parents[2] / "scenarios" / "riser_tank.yaml"
 PERIOD_S, STEP_S, IMAGES, SEED = 0.035, 0.005, 286, (1.0, 2.0)
 NEAR = 3.0  # pixels within which a found marker is the true one
 BINNING = 2  # of the scenario's camera

@@ -18,7 +18,7 @@ from pipeline.wiring import build_graph
 SCENARIOS = {path.stem: path for path in sorted((Path(__file__).parents[2] / "scenarios").glob("*.yaml"))}
 # 200 to 800 ticks, events included; others 5 s.
 RISERS = ("riser_blind", "riser_tank", "riser_unforced")
-UNTIL = {"bond_mass": "8 s", "van_der_pol": "0.3 s", "marked_line": "1 s"} | dict.fromkeys(RISERS, "1.05 s")
+UNTIL = {"bond_mass": "8 s", "van_der_pol": "0.3 s"} | dict.fromkeys(RISERS, "1.05 s")
 # Scenes of more components share two processes: the start of each process is what takes the test's time. One does both.
 MANY, MAIN = 8, "dp_rov_tether"
 

@@ -26,8 +26,9 @@ LENGTH, PIECES, END = 8.19, 82, 4.6  # of the riser [m], its bars, and where the
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory):
     folder, made = tmp_path_factory.mktemp("riser"), {}
-    for name in ("riser_tank", "riser_blind", "riser_unforced"):
-        scenario = load_scenario(SCENARIOS / f"{name}.yaml")
+    # Images are dear: two periods of the fairlead after its ramp, and the others whole.
+    for name, duration in {"riser_tank": "7 s", "riser_blind": None, "riser_unforced": None}.items():
+        scenario = load_scenario(SCENARIOS / f"{name}.yaml", duration=duration)
         run_scenario(scenario, build_graph(scenario), folder / f"{name}.mcap", Options(scene=False), lambda _: None)
         made[name] = open_log(folder / f"{name}.mcap")
     return made
@@ -40,18 +41,22 @@ def true_tension(log):
     return np.interp(log.times("best"), log.times("riser"), there)
 
 
-def test_tension_of_a_riser_that_the_filter_does_not_model(logs):
-    """Another model than the filter's: 82 bars and a bed. Rms within 15 % of the mean, bias within 3 %, as seen.
+def test_tension_from_a_cameras_images(logs):
+    """Images, marks and estimates of a riser of 82 bars on a bed, which is another model than the filter's.
 
-    Within 3 of the stated deviations at 98 % of frames.
+    Seen over 11 s: rms 5 % of the mean and bias 1 %, two and three times of which are allowed; and within 3 of the
+    stated deviations always. NIS is chi-square of 12 by 100 frames whose errors go on for some: 1 to 30 %.
     """
     log = logs["riser_tank"]
     late = log.times("best") > 3e9
     true = true_tension(log)[late]
     error, deviation = log.port("best", "end_tension")[late] - true, log.port("best", "deviation.end_tension")[late]
     assert abs(error.mean()) < 0.03 * true.mean()
-    assert np.sqrt((error**2).mean()) < 0.15 * true.mean()
+    assert np.sqrt((error**2).mean()) < 0.1 * true.mean()
     assert (np.abs(error) < 3.0 * deviation).mean() > 0.98
+    assert log.port("best", "nis")[late].sum() / log.port("best", "freedom")[late].sum() == pytest.approx(1.0, abs=0.3)
+    # The post hides one of the six markers at times.
+    assert 0.02 < (log.port("best", "used")[late] == 0.0).mean() < 0.1
     # The linear filters on the same frames: much worse, as printed by about all of it.
     others = {name: log.port(name, "end_tension")[late] - true for name in ("corrected", "published")}
     rms = {name: np.sqrt((e**2).mean()) for name, e in others.items()}
@@ -117,7 +122,7 @@ def test_noise_of_the_markers_by_likelihood(logs):
 
 
 def test_report_shows_estimates_beside_the_line(logs):
-    # The truth is found by the estimated nodes alone: the same part of the line as the tracker's offset says, to 1 %.
+    # The truth is found by the estimated nodes alone: the same part of the line as the markers' distances say, to 1 %.
     log = logs["riser_tank"]
     signals = Signals(log)
     found = {one.name: one for one in estimates(signals)}
@@ -128,21 +133,6 @@ def test_report_shows_estimates_beside_the_line(logs):
     charts = [item for item in tab(signals).items if not isinstance(item, str)]
     assert [chart.title for chart in charts[:2]] == ["Tension at the end", "Angles of the bars"]
     assert "simulated" in [series.name for series in charts[0].series]
-
-
-def test_tension_from_a_cameras_images(tmp_path):
-    """The chain from images to tension: camera, vision, estimator on a `tether.cable`; six markers that hang.
-
-    Seen over 6 s: bias 0.5 %, rms 5 % of 1.8 N, of which the stated deviation is 0.16 N.
-    """
-    scenario = load_scenario(SCENARIOS / "marked_line.yaml", duration="2.1 s")
-    run = run_scenario(scenario, build_graph(scenario), tmp_path / "seen.mcap", Options(scene=False), lambda _: None)
-    with open_log(run.log) as log:
-        (found,) = estimates(Signals(log))
-    late = found.t > 0.7
-    error = (found.tension - found.true_tension)[late]
-    assert np.sqrt(np.mean(error**2)) < 0.1 * found.true_tension.mean()
-    assert (np.abs(error) < 3.0 * found.deviation[late]).all()
 
 
 def test_what_is_no_estimator_is_refused(logs):
