@@ -11,10 +11,11 @@ from pydantic import Field
 from components.contract import ImagePort, Parameters, Port, choice, quantity
 
 ENDS = ("stop", "hold")
+MISSING = ("stop", "black")
 
 
 class Footage(Parameters):
-    """Images in a folder, in the order of their names, or a video file; in grey."""
+    """Images in a folder, by the numbers in their names, or a video file; in grey."""
 
     film: Path = choice("folder of images, or video file; relative to the file that names it")
     width: Annotated[int, Field(ge=1)] = choice("columns of its images")
@@ -24,10 +25,13 @@ class Footage(Parameters):
     at_end: Literal["stop", "hold"] = choice(
         "whether the run stops where the film ends, or its last image stays", "stop"
     )
+    missing: Literal["stop", "black"] = choice(
+        "whether the run stops where an image is lost or damaged, or goes on with a black one", "stop"
+    )
 
     def vector(self) -> np.ndarray:
-        """Width, height, rate, start, index of the end's kind, and the path's bytes."""
-        numbers = [self.width, self.height, self.rate, self.start, ENDS.index(self.at_end)]
+        """Width, height, rate, start, what to do at the end and where an image is missing, and the path's bytes."""
+        numbers = [self.width, self.height, self.rate, self.start, ENDS.index(self.at_end), MISSING.index(self.missing)]
         return np.array([*numbers, *str(self.film).encode()], np.float64)
 
 
@@ -35,5 +39,6 @@ def outputs(footage: Footage) -> tuple[Port, ...]:
     """The image that was the last one at the end of the step."""
     return (
         Port("number", "1", (), "", "of the image within the film, from 0"),
+        Port("valid", "1", (), "", "0 where the film lacks this image: it is black then"),
         ImagePort("image", shape=(footage.height, footage.width)),
     )
