@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +13,7 @@ from components.camera.marked_line import component as camera
 from components.camera.marked_line.model import MarkedLine
 from components.camera.optics import Optics, project, ray, turn_of
 from components.contract import SEED_LOW
-from components.vision.markers import bump, calibration, order, published, scales
+from components.vision.markers import bump, calibration, order, published, reference, scales
 from components.vision.markers import component as vision
 from components.vision.markers.model import Markers
 
@@ -370,6 +371,55 @@ def test_calibrations_that_tell_no_plane_are_refused(pixels, said):
     plane = level if "but one" in said else SURVEYED[: len(pixels)]
     with pytest.raises(ValueError, match=said):
         calibration.homography(np.array(pixels), np.array(plane))
+
+
+@pytest.mark.parametrize(("tilt", "focal"), [(3.0, 709.0), (15.0, 709.0), (15.0, 900.0)])
+def test_one_mistyped_reference_point_of_five_is_named(tilt, focal):
+    """Each point in turn with a digit of its pixel or 20 cm of its position wrong: it is named first, and by how much.
+
+    Four points fit any homography; the wrong one among them shows by the camera's square pixels, also where the focal
+    length is a quarter off. Others may be named too, where they would explain it within twice the gate.
+    """
+    optics = Optics(
+        4.55, 3.0, 2.6, turn_of(np.deg2rad(270.0 + tilt), np.deg2rad(-tilt), 0.03), 709.0, 239.5, 149.5, 0.0
+    )
+    lens, plane = calibration.Lens(focal, 239.5, 149.5, 0.0), np.array(SURVEYED)
+    rng = np.random.default_rng(5)
+    pixels = np.array([project(optics, n, 0.0, d)[:2] for n, d in plane]) + 0.2 * rng.standard_normal((5, 2))
+    assert reference.homography(lens, pixels, plane, 0.2) == pytest.approx(calibration.homography(pixels, plane))
+    named = 0
+    for i in range(5):
+        typed, placed = pixels.copy(), plane.copy()
+        typed[i, i % 2] += 40.0
+        placed[i, 1 - i % 2] += 0.2
+        for wrong, size in (((typed, plane), 40.0), ((pixels, placed), 0.2 * 709.0 / 3.0)):
+            with pytest.raises(ValueError, match=r"misses the others by") as raised:
+                reference.homography(lens, *wrong, 0.2)
+            text = str(raised.value)
+            first, away = re.match(r"reference point (\d) misses the others by ([\d.]+) pixels", text).groups()
+            assert f"reference point {i + 1} " in text
+            if int(first) == i + 1:
+                named += 1
+                # Its own error, and what the others' noise and the perspective make of it.
+                assert float(away) == pytest.approx(size, rel=0.5)
+    assert named >= 9
+
+
+def test_reference_points_of_which_two_are_wrong():
+    """Six points tell that one alone does not explain it; four tell nothing, and one pixel is within the gate."""
+    watched = Watched()
+    lens, points = watched.vision.lens(), (*SURVEYED, (5.0, 2.8), (4.2, 2.8))
+    seen = np.array([project(watched.camera.optics(), n, 0.0, d)[:2] for n, d in points])
+    pixels = calibration.undistorted(lens, calibration.STILL, seen)
+    pixels[1, 0] += 1.0
+    reference.homography(lens, pixels, np.array(points), 0.2)
+    pixels[1, 0] += 30.0
+    with pytest.raises(ValueError, match=r"^reference point 2 misses the others by 31\.?\d* pixels: correct"):
+        reference.homography(lens, pixels, np.array(points), 0.2)
+    pixels[4, 1] -= 25.0
+    with pytest.raises(ValueError, match=r"the 7 reference points miss each other, whichever is left out: two or more"):
+        reference.homography(lens, pixels, np.array(points), 0.2)
+    reference.homography(lens, pixels[:4], np.array(points[:4]), 0.2)
 
 
 def test_markers_of_one_calibration_row_or_pixel():

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from components.contract import ImagePort, Parameters, Port, Sizes, Term, choice, quantity
-from components.vision.markers import calibration, finding, scales
+from components.vision.markers import calibration, finding, reference, scales
 from components.vision.markers.identity import ROOM
 
 Pair = tuple[float, float]
@@ -89,9 +89,9 @@ class Markers(Parameters):
         return calibration.Lens(self.focal_length, 0.5 * (self.width - 1), 0.5 * (self.height - 1), self.distortion)
 
     def homography(self) -> np.ndarray:
-        """(9,) from undistorted pixels to north and down. Raises ValueError if the reference points lie on a line."""
+        """(9,) from undistorted pixels to north and down. Raises ValueError if the reference points tell none."""
         pixels = calibration.undistorted(self.lens(), calibration.STILL, np.array(self.reference_pixel))
-        return calibration.homography(pixels, np.array(self.reference_position))
+        return reference.homography(self.lens(), pixels, np.array(self.reference_position), self.reference_deviation)
 
     def affinity(self) -> scales.Affinity:
         """Of method published. Raises ValueError if less than two markers are given."""
