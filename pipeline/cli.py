@@ -34,6 +34,7 @@ COMMANDS = {
     "capability": "the wind up to which thrusters hold a ship, per heading and failure",
     "coverage": "the water that a line between boats swept, and what it took of an oil patch",
     "drag": "which laws of drag the seen shape of a towed rope allows",
+    "noise": "the noises of an estimator of a line that make a log most likely",
     "bench": "measure speed against error",
 }
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +13,9 @@ import pytest
 from pipeline.analysis.estimates import estimates
 from pipeline.analysis.page.line_estimate import tab
 from pipeline.analysis.page.signals import Signals
+from pipeline.cli import main
 from pipeline.errors import LogError
-from pipeline.estimation.fitting import fit_noises
+from pipeline.estimation.fitting import fit_noises, noises_of
 from pipeline.estimation.record import record_of
 from pipeline.estimation.smoothing import smooth
 from pipeline.log.reader import open_log
@@ -119,6 +123,76 @@ def test_noise_of_the_markers_by_likelihood(logs):
     assert found.log_likelihood > found.before + 1000.0
     with pytest.raises(ValueError, match="no positive number"):
         fit_noises(record, ("pivot",))
+
+
+def test_a_wild_marker_does_not_draw_the_noises_up(logs):
+    """10 cm off in one frame in ten, of which the filter refuses all: the tracker's 1 mm comes out as without them."""
+    record = record_of(logs["riser_unforced"], "best").between(3.0, 9.0)
+    wild = record.inputs.copy()
+    wild[5::10, 3] += 0.1
+    found = [
+        fit_noises(replace(record, inputs=u), ("marker_noise",), 0.02).noises["marker_noise"]
+        for u in (record.inputs, wild)
+    ]
+    assert found[1] == pytest.approx(found[0], rel=0.05)
+
+
+def noise(capsys, log, *words):
+    """What `towline noise` says: its status, standard output and standard error."""
+    status = main(["noise", str(log.path), *words])
+    return status, *capsys.readouterr()
+
+
+def test_noise_command_tells_what_to_paste(logs, capsys):
+    """The tracker's 1 mm lies in the interval, to what the riser's many bars add; its YAML is read as it is printed."""
+    words = ("--fit", "marker_noise", "--window", "3", "9")
+    status, text, _ = noise(capsys, logs["riser_unforced"], *words, "--json")
+    told = json.loads(text)
+    row = told["parameters"]["marker_noise"]
+    assert (status, told["component"], row["unit"]) == (0, "best", "m")
+    assert 0.9e-3 < row["low"] < row["fitted"] < row["high"] < 1.1e-3
+    # 170 frames of 12 numbers: a deviation of 1 / sqrt(2 * 2040) of the noise each way, some more as states are fitted.
+    assert row["high"] / row["low"] - 1.0 == pytest.approx(4.0 / np.sqrt(4080.0), rel=0.3)
+    # The moments' noise, which is not fitted here, is more than this scene needs.
+    assert told["nis"]["fitted"] == pytest.approx(0.9, abs=0.1)
+    status, text, error = noise(capsys, logs["riser_unforced"], *words)
+    assert (status, text) == (0, "")
+    line = re.search(r"^ +marker_noise: (.*)$", error, re.MULTILINE)[1]
+    scenario = load_scenario(SCENARIOS / "riser_unforced.yaml", (f"best.marker_noise={line}",))
+    node = next(node for node in build_graph(scenario).nodes if node.name == "best")
+    assert node.parameters.marker_noise == pytest.approx(row["fitted"], rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "said"),
+    [
+        ("riser_tank", (), "2 estimators; choose one by --component best or corrected"),
+        ("riser_tank", ("--component", "vision"), "no component vision of estimator.best or estimator.corrected"),
+        (
+            "riser_tank",
+            ("--component", "best", "--fit", "marker_noise"),
+            "no noise that has an effect here; expected of",
+        ),
+        ("riser_blind", ("--window", "6.4", "8.2"), "best saw no marker"),
+        ("riser_blind", ("--window", "100", "200"), "--window: 100 to 200 s holds 0 of its steps"),
+        ("riser_blind", ("--window", "1 N", "2"), "--window: "),
+    ],
+)
+def test_noise_command_refuses_in_one_line(logs, capsys, name, words, said):
+    status, text, error = noise(capsys, logs[name], *words)
+    assert (status, text) == (1, "")
+    assert said in error
+    assert len(error.splitlines()) == 1
+
+
+def test_noises_that_have_an_effect(logs):
+    best, corrected = (record_of(logs["riser_tank"], name) for name in ("best", "corrected"))
+    expected = ("moment_noise", "end_force_spread", "pivot_acceleration", "end_force_time", "pivot_time")
+    assert noises_of(best) == expected
+    assert noises_of(corrected) == ("force_noise",)
+    more = best.with_parameters(takes_covariance=False, pivot="fixed", tilts=(0.5,), end_tension_noise=0.1)
+    expected = ("marker_noise", "end_tension_noise", "tilt_noise", "moment_noise", "end_force_spread", "end_force_time")
+    assert noises_of(more) == expected
 
 
 def test_report_shows_estimates_beside_the_line(logs):
