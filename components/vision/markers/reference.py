@@ -32,15 +32,15 @@ def homography(lens: calibration.Lens, pixels: np.ndarray, plane: np.ndarray, de
     order = np.argsort(costs)
     if costs[order[0]] == inf and unfit:
         raise unfit
+    others = f"or the lens distorts, or reference_deviation is more than {deviation:g} pixel"
     if len(pixels) > LEAST and costs[order[0]] > gate:
         raise ValueError(
-            f"the {len(pixels)} reference points miss each other, whichever is left out: two or more are wrong, or "
-            f"reference_deviation is more than {deviation:g} pixel"
+            f"the {len(pixels)} reference points miss each other, whichever is left out: two or more are wrong, {others}"
         )
     named = [i for i in order if costs[i] <= UNSURE * max(costs[order[0]], gate)]
     raise ValueError(
         " or ".join(f"reference point {i + 1} misses the others by {away[i]:.3g} pixels" for i in named)
-        + ": correct its reference_pixel or reference_position, or tell such errors in reference_deviation"
+        + f": correct its reference_pixel or reference_position; {others}"
     )
 
 
