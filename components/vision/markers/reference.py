@@ -35,7 +35,7 @@ def homography(lens: calibration.Lens, pixels: np.ndarray, plane: np.ndarray, de
     others = f"or the lens distorts, or reference_deviation is more than {deviation:g} pixel"
     if len(pixels) > LEAST and costs[order[0]] > gate:
         raise ValueError(
-            f"the {len(pixels)} reference points miss each other, whichever is left out: two or more are wrong, {others}"
+            f"the {len(pixels)} reference points miss each other, whichever is left out: two or more err, {others}"
         )
     named = [i for i in order if costs[i] <= UNSURE * max(costs[order[0]], gate)]
     raise ValueError(
