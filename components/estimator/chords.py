@@ -19,14 +19,17 @@ def is_there(u, i, count):
 
 
 @kernel
-def spread(u, i, count, takes_covariance, variance):
-    """Covariance (north, both, down) of marker i's position [m^2]; where it is none, the parameters' variance."""
+def spread(u, i, count, takes_covariance, variance, chain):
+    """Covariance (north, both, down) of marker i about the chain [m^2]; where it is none, the parameters' variance.
+
+    chain: variance of the markers from the chain, each way, in both cases.
+    """
     if takes_covariance:
         at = 4 * count + 4 * i
         a, b, c = u[at], 0.5 * (u[at + 1] + u[at + 2]), u[at + 3]
         if min(a, c) > SMALLEST and max(a, c) < FAR * FAR and a * c * (1.0 - NARROW) > b * b:
-            return a, b, c
-    return variance, 0.0, variance
+            return a + chain, b, c + chain
+    return variance + chain, 0.0, variance + chain
 
 
 @kernel

@@ -18,6 +18,10 @@ class Line(Parameters):
 
     Trigo et al. 2014, figure 11: the last bar's second end is where the rest of the line pulls. The water that the line
     moves weighs the same along and across (`mass_per_length` holds it), and drags across only.
+
+    `chain_noise` is for markers known better than a chain can follow: images tell them to 0.1 mm, and an arc that turns
+    by phi along a bar of l is l phi^2 / 24 longer than its chord, 0.2 mm for 0.2 m and 0.15 rad. It is 0 unless given,
+    as no parameter tells the curvature; without `takes_covariance` it belongs to `marker_noise`, to which it adds.
     """
 
     length: float = quantity("m", "of all bars", gt=0)
@@ -36,6 +40,9 @@ class Line(Parameters):
     first: float = quantity("m", "of the first marker from the pivot along the line", 0.0, ge=0)
     marker_noise: float = quantity("m", "standard deviation of a marker's position, north and down", tunable=True, gt=0)
     takes_covariance: bool = choice("whether it has the input `covariance`, of each marker, instead", False)
+    chain_noise: float = quantity(
+        "m", "standard deviation of a marker from the chain, whose bars are no arcs: adds to its covariance", 0.0, ge=0
+    )
     position: tuple[float, float, float] = quantity("m", "of the pivot at t0, NED", (0.0, 0.0, 0.0))
     angles: tuple[float, ...] = quantity("rad", "of the bars from north to down at t0; none: by the markers", ())
     start_angle: float = quantity("rad", "standard deviation of the first angles", 0.3, gt=0)

@@ -13,9 +13,9 @@ from components.estimator.layout import outputs_of
 from components.estimator.roots import project
 from components.matrices import table
 
-(BARS, MARKERS, FIRST_NODE, BAR, INTERVAL, GATE, VARIANCE, TAKES_COVARIANCE, NORTH, EAST, DOWN, GIVEN, P_ANGLE, P_RATE,
- P_FORCE, BELIEVED_AFTER) = range(HEADER, HEADER + 16)  # fmt: skip
-ANGLES = HEADER + 16
+(BARS, MARKERS, FIRST_NODE, BAR, INTERVAL, GATE, VARIANCE, TAKES_COVARIANCE, CHAIN_VARIANCE, NORTH, EAST, DOWN, GIVEN,
+ P_ANGLE, P_RATE, P_FORCE, BELIEVED_AFTER) = range(HEADER, HEADER + 17)  # fmt: skip
+ANGLES = HEADER + 17
 # A node's record in the scratch vector: north, down, covariance (3), whether its marker is used.
 X, Z, COV, THERE, NODE = 0, 1, 2, 5, 6
 # A chord's: first and second node, angle, its variance, covariance with the next one's angle, whether it is believed.
@@ -75,7 +75,9 @@ def gather(p, u, w):
         if is_there(u, i, count):
             at = (first + i) * NODE
             w[at + X], w[at + Z], w[at + THERE] = u[3 * i], u[3 * i + 2], 1.0
-            w[at + COV], w[at + COV + 1], w[at + COV + 2] = spread(u, i, count, p[TAKES_COVARIANCE] > 0.0, p[VARIANCE])
+            w[at + COV], w[at + COV + 1], w[at + COV + 2] = spread(
+                u, i, count, p[TAKES_COVARIANCE] > 0.0, p[VARIANCE], p[CHAIN_VARIANCE]
+            )
 
 
 @kernel

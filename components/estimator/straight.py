@@ -32,8 +32,9 @@ class Linear(Line):
     def numbers(self, model: modal.Modal) -> np.ndarray:
         """In the order of linear.py."""
         head = [self.bars, self.markers, 1.0 if self.first > 0.5 * self.bar else 0.0, self.bar, self.interval]
-        head += [self.gate, self.marker_noise**2, self.takes_covariance, *self.position, bool(self.angles)]
-        head += [self.start_angle**2, self.start_rate**2, self.start_force**2, self.believed_after]
+        head += [self.gate, self.marker_noise**2, self.takes_covariance, self.chain_noise**2]
+        head += [*self.position, bool(self.angles), self.start_angle**2, self.start_rate**2]
+        head += [self.start_force**2, self.believed_after]
         angles = self.angles or (0.0,) * self.bars
         return np.concatenate([np.array([*head, *angles], np.float64), *modal.numbers(self, model)])
 
@@ -51,4 +52,5 @@ def terms(given: Linear) -> tuple[Term, ...]:
         Term("spring at the pivot", given.clamp and k > 0.0, f"clamp is {given.clamp}"),
         Term("damping", given.normal_friction > 0.0, f"normal_friction {given.normal_friction:g} N s/m^2"),
         Term("covariance from outside", given.takes_covariance, f"takes_covariance is {given.takes_covariance}"),
+        Term("markers beside the chain", given.chain_noise > 0.0, f"chain_noise {given.chain_noise:g} m"),
     )

@@ -13,15 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from components.estimator.line import Line
 from pipeline.estimation.record import Record
 
 WIDEST = 12.0  # of a noise's natural logarithm from where it began
 STEP = 0.1  # of the logarithms, by which the curvature is taken
 VAGUE = 1.0  # deviation of a logarithm beyond which a log does not tell the noise: the curvature holds nearby only
 # Those that a fit takes unless others are asked for, and times that it may take.
-MEASURED = ("marker_noise", "end_position_noise", "end_tension_noise", "tilt_noise")
+MEASURED = ("marker_noise", "chain_noise", "end_position_noise", "end_tension_noise", "tilt_noise")
 DRIVEN = ("moment_noise", "force_noise", "end_force_spread", "pivot_acceleration")
 TIMES = ("end_force_time", "pivot_time")
+NOT_GIVEN = 1e-3  # of a bar: where a fit of `chain_noise` begins if it is 0
 
 
 @dataclass(frozen=True)
@@ -41,12 +43,18 @@ class Fit:
 def noises_of(record: Record) -> tuple[str, ...]:
     """The noises of a log's estimator that have an effect there."""
     given = record.parameters
-    idle = {"marker_noise"} if given.takes_covariance else set()
+    idle = {"marker_noise" if given.takes_covariance else "chain_noise"}  # without a covariance only their sum is told
     if not getattr(given, "tilts", ()):
         idle.add("tilt_noise")
     if getattr(given, "pivot", "") == "fixed":
         idle |= {"pivot_acceleration", "pivot_time"}
-    return tuple(name for name in (*MEASURED, *DRIVEN, *TIMES) if name not in idle and getattr(given, name, None))
+    return tuple(name for name in (*MEASURED, *DRIVEN, *TIMES) if name not in idle and _first(given, name))
+
+
+def _first(given: Line, name: str) -> float | None:
+    """The number of a parameter with which a fit begins."""
+    value = getattr(given, name, None)
+    return NOT_GIVEN * given.bar if name == "chain_noise" and value == 0.0 else value
 
 
 def fit_noises(record: Record, names: tuple[str, ...], tolerance: float = 0.01) -> Fit:
@@ -57,7 +65,7 @@ def fit_noises(record: Record, names: tuple[str, ...], tolerance: float = 0.01) 
     """
     first = []
     for name in names:
-        value = getattr(record.parameters, name, None)
+        value = _first(record.parameters, name)
         if not isinstance(value, float) or value <= 0.0:
             raise ValueError(f"{name} is no positive number of {record.component.name}")
         first.append(np.log(value))
@@ -71,7 +79,7 @@ def fit_noises(record: Record, names: tuple[str, ...], tolerance: float = 0.01) 
         noises = dict(zip(names, np.exp(logarithms).tolist(), strict=True))
         return -data.with_parameters(**noises).log_likelihood()
 
-    before = -cost(start)
+    before = data.log_likelihood()
     if not np.isfinite(before):
         raise ValueError(
             f"{record.component.name} fails with the noises that the log has: there is nothing to begin at"

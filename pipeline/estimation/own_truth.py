@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -69,7 +70,7 @@ class Twin:
         m = line.markers
         seen = self.random.random(m) >= self.missing
         position = np.zeros((m, 3))
-        position[:, [0, 2]] = self.at(line.places()) + line.marker_noise * noise((m, 2))
+        position[:, [0, 2]] = self.at(line.places()) + hypot(line.marker_noise, line.chain_noise) * noise((m, 2))
         parts = [(position * seen[:, None]).ravel(), seen]
         if line.takes_covariance:
             parts.append(np.tile(line.marker_noise**2 * np.eye(2).ravel(), m))

@@ -62,8 +62,9 @@ def test_innovations_are_white(runs):
             "gyros": (0.1, 0.5),
         },
         {"takes_covariance": True, "bars": 2, "angles": (-0.2, -0.5), "spacing": 0.25, "markers": 4, "first": 0.1},
+        {"takes_covariance": True, "pivot": "moving", "marker_noise": 1e-4, "chain_noise": 2e-3},
     ],
-    ids=("moving pivot", "few sensors of five kinds", "two bars"),
+    ids=("moving pivot", "few sensors of five kinds", "two bars", "markers beside the chain"),
 )
 def test_consistent_with_other_sensors(more):
     # Mean NEES over 30 runs: 3 deviations, the runs' own times taken as one.
@@ -307,7 +308,13 @@ def test_a_given_covariance_is_the_parameters(unit):
     cov = np.tile(RISER["marker_noise"] ** 2 * np.eye(2).ravel(), 6)
     plain = unit("estimator.best", u[0], h=H, **RISER)
     told = unit("estimator.best", np.concatenate([u[0], cov]), h=H, **RISER, takes_covariance=True)
+    # Three parts of the variance by the chain, one by the input.
+    chain = {"takes_covariance": True, "chain_noise": np.sqrt(0.75) * RISER["marker_noise"]}
+    both = unit("estimator.best", np.concatenate([u[0], 0.25 * cov]), h=H, **RISER, **chain)
     for values in u[1:]:
         plain.step(values)
         told.step(np.concatenate([values, cov]))
+        both.step(np.concatenate([values, 0.25 * cov]))
     assert told["angle"] == pytest.approx(plain["angle"], rel=1e-14)
+    assert both["angle"] == pytest.approx(plain["angle"], rel=1e-12)
+    assert both["deviation.angle"] == pytest.approx(plain["deviation.angle"], rel=1e-12)

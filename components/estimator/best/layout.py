@@ -11,11 +11,11 @@ from components.compiled import kernel
 from components.contract import HEADER
 from components.tether.linkage.lagrangian import size
 
-(MARKERS, TILTS, GYROS, MOVES, GATE, MARKER_VARIANCE, TAKES_COVARIANCE, NORTH, EAST, DOWN, GIVEN, P_ANGLE, P_RATE,
- TORQUE, FORCE_NORTH, FORCE_DOWN, FORCE_SPREAD, FORCE_TIME, PIVOT_SPREAD, PIVOT_TIME, P_PLACE, P_SPEED, END_VARIANCE,
- TENSION_VARIANCE, TILT_VARIANCE, GYRO_VARIANCE, ITERATIONS, BELIEVED_AFTER, BARS,
-) = range(HEADER, HEADER + 29)  # fmt: skip
-TABLES = HEADER + 29  # angles (n), places of markers (m), tilts and gyros, then the chain's constants
+(MARKERS, TILTS, GYROS, MOVES, GATE, MARKER_VARIANCE, TAKES_COVARIANCE, CHAIN_VARIANCE, NORTH, EAST, DOWN, GIVEN,
+ P_ANGLE, P_RATE, TORQUE, FORCE_NORTH, FORCE_DOWN, FORCE_SPREAD, FORCE_TIME, PIVOT_SPREAD, PIVOT_TIME, P_PLACE, P_SPEED,
+ END_VARIANCE, TENSION_VARIANCE, TILT_VARIANCE, GYRO_VARIANCE, ITERATIONS, BELIEVED_AFTER, BARS,
+) = range(HEADER, HEADER + 30)  # fmt: skip
+TABLES = HEADER + 30  # angles (n), places of markers (m), tilts and gyros, then the chain's constants
 # A reading's record: what it is, where on the line, its numbers (2), the lower root of their covariance (3), whether it
 # is used, and its innovation's normalised square.
 KIND, WHERE, VALUE, ROOT, STATUS, SQUARE, READING = 0, 1, 2, 4, 7, 8, 9

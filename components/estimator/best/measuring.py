@@ -8,6 +8,7 @@ from math import cos, floor, log, pi, sin, sqrt
 from components.compiled import kernel
 from components.estimator.best.layout import (
     BELIEVED_AFTER,
+    CHAIN_VARIANCE,
     DOWN,
     END_VARIANCE,
     GATE,
@@ -110,7 +111,7 @@ def gather(p, m, l, u, x, w):
     for i in range(count):
         w[at + STATUS] = MISSING
         if is_there(u, i, count):
-            cov = spread(u, i, count, takes, p[MARKER_VARIANCE])
+            cov = spread(u, i, count, takes, p[MARKER_VARIANCE], p[CHAIN_VARIANCE])
             put(w, at, PLACE, p[places + i], u[3 * i], u[3 * i + 2], cov)
         at += READING
     impossible = refuse_where_no_line_is(p, m, w)

@@ -81,7 +81,8 @@ class Best(Line):
             return noise**2 if noise else 0.0
 
         head = [self.markers, len(self.tilts), len(self.gyros), self.pivot == "moving", self.gate, self.marker_noise**2]
-        head += [self.takes_covariance, *self.position, bool(self.angles), self.start_angle, self.start_rate]
+        head += [self.takes_covariance, self.chain_noise**2, *self.position]
+        head += [bool(self.angles), self.start_angle, self.start_rate]
         head += [self.moment_noise, *self.end_force, self.end_force_spread, self.end_force_time]
         head += [self.pivot_acceleration, self.pivot_time, self.start_place, self.start_speed]
         head += [square(self.end_position_noise), square(self.end_tension_noise), self.tilt_noise**2]
@@ -143,4 +144,5 @@ def terms(given: Best) -> tuple[Term, ...]:
         Term("inclinometers", bool(given.tilts), f"{len(given.tilts)} tilts"),
         Term("rate gyros", bool(given.gyros), f"{len(given.gyros)} gyros"),
         Term("covariance from outside", given.takes_covariance, f"takes_covariance is {given.takes_covariance}"),
+        Term("markers beside the chain", given.chain_noise > 0.0, f"chain_noise {given.chain_noise:g} m"),
     )
