@@ -16,7 +16,11 @@ SAMPLES = 25  # frames by which it is found which part of the line is estimated
 
 @dataclass(frozen=True)
 class Estimate:
-    """Over t: (k,) [s]. angle, rate, moment: (k, n), see estimator ports; the true ones are None where not known."""
+    """Over t: (k,) [s]. angle, rate, moment: (k, n), see estimator ports; the true ones are None where not known.
+
+    contradicted: (k,) whether sensors contradicted each other or the estimate; beginnings: (k,) how often it had begun
+    anew. None where it does not tell.
+    """
 
     name: str
     t: np.ndarray
@@ -27,6 +31,8 @@ class Estimate:
     deviation: np.ndarray
     nis: np.ndarray
     freedom: np.ndarray
+    contradicted: np.ndarray | None
+    beginnings: np.ndarray | None
     true_angle: np.ndarray | None
     true_tension: np.ndarray | None
 
@@ -81,9 +87,12 @@ def _only_line(signals: Signals) -> str | None:
 def _estimate(signals: Signals, name: str, line: str | None) -> Estimate:
     t, angle = signals.t(name), signals.port(name, "angle")
     truth = (None, None) if line is None else _truth(signals, name, line, t)
+    doubts = [signals.port(name, port) if signals.has(name, port) else None for port in ("contradiction", "beginnings")]
+    contradicted = None if doubts[0] is None else doubts[0] > 0.0
     return Estimate(
         name, t, angle, signals.port(name, "rate"), signals.port(name, "moment"), signals.port(name, "end_tension"),
-        signals.port(name, "deviation.end_tension"), signals.port(name, "nis"), signals.port(name, "freedom"), *truth,
+        signals.port(name, "deviation.end_tension"), signals.port(name, "nis"), signals.port(name, "freedom"),
+        contradicted, doubts[1], *truth,
     )  # fmt: skip
 
 

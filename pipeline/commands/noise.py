@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pipeline.estimation.record import Record, Walk
 
 SIGMAS = 1.96  # of a 95 % interval
+UNTOLD = "not told by this log"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -126,7 +127,7 @@ def _print(name: str, record: Record, found: Fit, before: Walk, after: Walk) -> 
         table.add_column(heading, justify="left" if heading in ("parameter", "unit") else "right")
     for key, value in found.noises.items():
         low, high = _interval(found, key)
-        span = f"{low:.3g} to {high:.3g}" if isfinite(high) else "not told by this log"
+        span = f"{low:.3g} to {high:.3g}" if isfinite(high) else UNTOLD
         table.add_row(key, _unit(record, key), f"{getattr(record.parameters, key):.4g}", f"{value:.4g}", span)
     out.print(table)
     gain = found.log_likelihood - found.before
@@ -143,4 +144,5 @@ def _print(name: str, record: Record, found: Fit, before: Walk, after: Walk) -> 
         )
     out.print(f"For the parameters of {name}:")
     for key, value in found.noises.items():
-        out.print(f"      {key}: {value:.3g} {_unit(record, key)}")
+        told = "" if isfinite(found.deviations[key]) else f"  # {UNTOLD}"
+        out.print(f"      {key}: {value:.3g} {_unit(record, key)}{told}")

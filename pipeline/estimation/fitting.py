@@ -20,7 +20,7 @@ WIDEST = 12.0  # of a noise's natural logarithm from where it began
 STEP = 0.1  # of the logarithms, by which the curvature is taken
 VAGUE = 1.0  # deviation of a logarithm beyond which a log does not tell the noise: the curvature holds nearby only
 # Those that a fit takes unless others are asked for, and times that it may take.
-MEASURED = ("marker_noise", "chain_noise", "end_position_noise", "end_tension_noise", "tilt_noise")
+MEASURED = ("marker_noise", "chain_noise", "end_position_noise", "end_tension_noise", "tilt_noise", "gyro_noise")
 DRIVEN = ("moment_noise", "force_noise", "end_force_spread", "pivot_acceleration")
 TIMES = ("end_force_time", "pivot_time")
 NOT_GIVEN = 1e-3  # of a bar: where a fit of `chain_noise` begins if it is 0
@@ -44,8 +44,7 @@ def noises_of(record: Record) -> tuple[str, ...]:
     """The noises of a log's estimator that have an effect there."""
     given = record.parameters
     idle = {"marker_noise" if given.takes_covariance else "chain_noise"}  # without a covariance only their sum is told
-    if not getattr(given, "tilts", ()):
-        idle.add("tilt_noise")
+    idle |= {noise for noise, of in (("tilt_noise", "tilts"), ("gyro_noise", "gyros")) if not getattr(given, of, ())}
     if getattr(given, "pivot", "") == "fixed":
         idle |= {"pivot_acceleration", "pivot_time"}
     return tuple(name for name in (*MEASURED, *DRIVEN, *TIMES) if name not in idle and _first(given, name))

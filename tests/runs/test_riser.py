@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 from pipeline.analysis.estimates import estimates
-from pipeline.analysis.page.line_estimate import tab
+from pipeline.analysis.page.line_estimate import charts_of, tab
 from pipeline.analysis.page.signals import Signals
 from pipeline.cli import main
+from pipeline.commands import noise as noise_command
 from pipeline.errors import LogError
-from pipeline.estimation.fitting import fit_noises, noises_of
+from pipeline.estimation.fitting import Fit, fit_noises, noises_of
 from pipeline.estimation.record import record_of
 from pipeline.estimation.smoothing import smooth
 from pipeline.log.reader import open_log
@@ -163,6 +164,16 @@ def test_noise_command_tells_what_to_paste(logs, capsys):
     assert node.parameters.marker_noise == pytest.approx(row["fitted"], rel=5e-3)
 
 
+def test_a_noise_that_the_log_does_not_tell_is_said_not_to_be_where_it_is_pasted_from(logs, capsys):
+    record = record_of(logs["riser_unforced"], "best").between(3.0, 4.0)
+    fit = Fit({"moment_noise": 1e-9, "marker_noise": 1e-3}, {"moment_noise": np.inf, "marker_noise": 0.01}, 2.0, 1.0, 9)
+    walk = record.walk()
+    noise_command._print("best", record, fit, walk, walk)
+    pasted = capsys.readouterr().err.splitlines()[-2:]
+    assert pasted[0].strip() == "moment_noise: 1e-09 N*m*s^0.5  # not told by this log"
+    assert pasted[1].strip() == "marker_noise: 0.001 m"
+
+
 @pytest.mark.parametrize(
     ("name", "words", "said"),
     [
@@ -190,9 +201,11 @@ def test_noises_that_have_an_effect(logs):
     expected = ("chain_noise", "moment_noise", "end_force_spread", "pivot_acceleration", "end_force_time", "pivot_time")
     assert noises_of(best) == expected
     assert noises_of(corrected) == ("chain_noise", "force_noise")
-    more = best.with_parameters(takes_covariance=False, pivot="fixed", tilts=(0.5,), end_tension_noise=0.1)
-    expected = ("marker_noise", "end_tension_noise", "tilt_noise", "moment_noise", "end_force_spread", "end_force_time")
-    assert noises_of(more) == expected
+    more = best.with_parameters(
+        takes_covariance=False, pivot="fixed", tilts=(0.5,), gyros=(0.5,), end_tension_noise=0.1
+    )
+    measured = ("marker_noise", "end_tension_noise", "tilt_noise", "gyro_noise")
+    assert noises_of(more) == (*measured, "moment_noise", "end_force_spread", "end_force_time")
 
 
 def test_report_shows_estimates_beside_the_line(logs):
@@ -240,6 +253,27 @@ def test_chain_noise_is_fitted_from_none(logs):
     corrected = record_of(logs["riser_tank"], "corrected").with_parameters(chain_noise=1e-3).begin()
     plain = record_of(logs["riser_tank"], "corrected").begin()
     assert (corrected["deviation.angle"] > 1.1 * plain["deviation.angle"]).all()
+
+
+def test_report_tells_doubts_and_leaves_out_what_would_hide_the_curves(logs):
+    signals = Signals(logs["riser_tank"])
+    one = estimates(signals)[0]
+    t = one.t
+    doubted, begun = np.zeros(len(t), bool), np.zeros(len(t))
+    doubted[20:30], begun[29:] = True, 1.0
+    wild = one.deviation.copy()
+    wild[40:50] = 1000.0
+    tension, _, _, squares = charts_of(replace(one, contradicted=doubted, beginnings=begun, deviation=wild))
+    assert list(squares.bands) == [(pytest.approx(t[20]), pytest.approx(t[30], abs=0.036))]
+    assert f"In 10 of {len(t)} frames (shaded)" in squares.caption
+    assert "new beginnings: 1." in squares.caption
+    drawn = next(series for series in tension.series if series.name == "+2σ").values
+    assert np.isnan(drawn[40:50]).all()
+    assert np.isfinite(np.delete(drawn, range(40, 50))).all()
+    assert "out of the figure" in tension.caption
+    calm = charts_of(replace(one, contradicted=np.zeros(len(t), bool), beginnings=0.0 * begun))
+    assert not calm[3].bands
+    assert "out of the figure" not in calm[0].caption
 
 
 def test_what_is_no_estimator_is_refused(logs):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pipeline.analysis.estimates import Estimate, TetherEstimate, estimates, tether_estimates
@@ -12,6 +14,7 @@ from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.page.tab import Tab, heading
 
 PARTS = ((0.25, "a quarter from end a"), (0.5, "in the middle"), (0.75, "three quarters from it"), (1.0, "at end b"))
+FRAME = 2.0  # of what the curves span and of the usual deviation: a larger deviation would leave them a flat line
 MEASURED = ("position of end b", "tension")  # whose innovations estimators of a whole line tell
 
 
@@ -19,10 +22,15 @@ def tab(signals: Signals) -> Tab | None:
     """None where no line was estimated."""
     items: list[str | Chart] = []
     for one in estimates(signals):
-        items += [heading(one.name), _tension(one), _angles(one), _moments(one), _consistency(one)]
+        items += [heading(one.name), *charts_of(one)]
     for whole in tether_estimates(signals):
         items += [heading(whole.name), *_shape(whole), *_end_tensions(whole), *_squares(whole), *_refused(whole)]
     return Tab("line", "Estimated line", items) if items else None
+
+
+def charts_of(one: Estimate) -> list[Chart]:
+    """Tension, angles, moments, and how well the estimate met what was measured."""
+    return [_tension(one), _angles(one), _moments(one), _consistency(one)]
 
 
 def _angles(one: Estimate) -> Chart:
@@ -46,7 +54,12 @@ def _beside(
     title: str, t: np.ndarray, tension: np.ndarray, deviation: np.ndarray, true: np.ndarray | None, said: str = ""
 ) -> Chart:
     """A tension with two standard deviations to either side, and the simulated one."""
-    series = [Series("estimated", t, tension), *_two_sigma(t, tension, deviation)]
+    drawn = finite(tension if true is None else np.concatenate([tension, true]))
+    room = FRAME * np.ptp(drawn) if len(drawn) else np.inf
+    wild = np.abs(deviation) > max(room, FRAME * np.median(deviation))
+    series = [Series("estimated", t, tension), *_two_sigma(t, tension, np.where(wild, np.nan, deviation))]
+    if wild.any():
+        said += f"2σ is out of the figure at {100 * np.mean(wild):.2g} % of the time. "
     if true is not None:
         series.append(Series("simulated", t, true))
         both = np.isfinite(tension - true)
@@ -67,7 +80,14 @@ def _two_sigma(t: np.ndarray, about: np.ndarray, deviation: np.ndarray) -> list[
 
 
 def _consistency(one: Estimate) -> Chart:
-    return _nis("NIS over its degrees of freedom", one.t, one.nis, one.freedom)
+    chart = _nis("NIS over its degrees of freedom", one.t, one.nis, one.freedom)
+    if one.contradicted is None or one.beginnings is None or not one.contradicted.any():
+        return chart
+    said = (
+        f" In {int(one.contradicted.sum())} of {len(one.t)} frames (shaded) sensors contradict each other or the "
+        f"estimate; new beginnings: {int(one.beginnings.max())}."
+    )
+    return replace(chart, caption=chart.caption + said, bands=when(one.t, one.contradicted))
 
 
 def _nis(title: str, times: np.ndarray, nis: np.ndarray, all_freedom: np.ndarray) -> Chart:
