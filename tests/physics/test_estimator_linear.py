@@ -146,6 +146,27 @@ def test_first_forces_are_those_printed(unit):
     assert riser["end_tension"] == pytest.approx(0.5, abs=1e-9)
 
 
+def test_what_published_leaves_out_is_said_to_be_off_and_has_no_effect(unit):
+    plain = {name: value for name, value in LINE.items() if name != "normal_friction"}
+    u = seen(nodes_of(np.array([-0.03, -0.04, -0.07, -0.12, -0.1])))
+    cov = np.tile([1e-4, 0.0, 0.0, 4e-4], 6)
+    more = {"normal_friction": 50.0, "chain_noise": 0.01, "takes_covariance": True}
+    without = unit("estimator.published", u, h=H, **plain)
+    told = unit("estimator.published", np.concatenate([u, cov]), h=H, **plain, **more)
+    for _ in range(5):
+        without.step(u)
+        told.step(np.concatenate([u, cov]))
+    assert (told.x == without.x).all()
+    terms = {term.name: term.on for term in PUBLISHED.terms(PUBLISHED.parameters(**plain, **more))}
+    assert terms == {
+        "springs": True,
+        "spring at the pivot": True,
+        "damping": False,
+        "covariance from outside": False,
+        "markers beside the chain": False,
+    }
+
+
 def test_first_angles_balance_at_another_tension():
     """The printed first shape, in (13)-(16) at rest, asks for 6 N with g in p_s, 0.6 N without; not for 23.9 N."""
     weights = modal.weights(given(flexural_rigidity=0.0, weight=0.1001 * 9.80665))[:4]

@@ -343,7 +343,7 @@ def test_affinity_by_the_markers_spacing():
     assert affinity.s_y == pytest.approx(0.0025)
     plane = scales.to_plane(affinity, pixels, np.array([3.0, 2.0]))
     assert plane[3] == pytest.approx([3.0 + 0.4 + 0.2 * np.cos(np.pi / 3), 2.0 - 0.2 * np.sin(np.pi / 3)])
-    with pytest.raises(ValueError, match="two at least"):
+    with pytest.raises(ValueError, match="chain_pixel tells 1 markers; expected those of two at least"):
         scales.calibrate(pixels[:1], 0.2)
 
 

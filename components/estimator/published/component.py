@@ -215,7 +215,7 @@ COMPONENT = Component(
         "estimate's: raise it, or lower start_variance or force_variance",
         UNSURE: "the estimate flew off: lower start_tension, start_variance or force_variance",
     },
-    terms=straight.terms,
+    terms=model.terms,
     assumptions="As printed, for comparison: rates of the joints for those of the bars (9), modal angles measured as "
     "if they were the joints' (26), no damping, R without what markers share; no Phi about P (30) if so asked.",
 )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from components.contract import Sizes, choice, quantity
-from components.estimator import modal
+from components.contract import Sizes, Term, choice, quantity
+from components.estimator import modal, straight
 from components.estimator.linear import CHORD, NODE
 from components.estimator.straight import Linear
 
@@ -31,3 +31,11 @@ def sizes(given: Published) -> Sizes:
     n = given.bars
     N = 3 * n
     return Sizes(state=N + N * N, workspace=NODE * (n + 1) + n + CHORD * n + 6 * N + N * N)
+
+
+def terms(given: Published) -> tuple[Term, ...]:
+    """What of the model is on: as printed neither damping nor what is known of each marker is, whatever is given."""
+    return tuple(
+        term if "spring" in term.name else Term(term.name, False, f"{term.why}; left out, as printed")
+        for term in straight.terms(given)
+    )

@@ -49,7 +49,7 @@ def calibrate(pixels: np.ndarray, spacing: float) -> Affinity:
     than two lie on the floor, or two are at one pixel.
     """
     if len(pixels) < 2:
-        raise ValueError(f"{len(pixels)} markers are seen; two at least must lie on the floor for a scale")
+        raise ValueError(f"chain_pixel tells {len(pixels)} markers; expected those of two at least, lying on the floor")
     steps = np.diff(pixels, axis=0)
     if not np.hypot(*steps.T).min() > 0.0:
         raise ValueError("two markers that follow each other are at one pixel, which gives no scale")
