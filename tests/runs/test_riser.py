@@ -240,6 +240,20 @@ def test_hidden_marker_of_the_pivot_throws_nothing_off_with_chain_noise(logs):
     assert (told[5e-4][:, 1:] == 0.0).all()
 
 
+def test_a_camera_shifted_unnoticed_is_got_over_with_chain_noise(logs):
+    """5 cm from the 140th frame on: a second later within 0.5 N (a quarter), without it 10 N off and more."""
+    log, error = logs["riser_tank"], {}
+    record, true = record_of(log, "best"), true_tension(log)
+    shifted = record.inputs.copy()
+    shifted[140:, 0:18:3] += 0.05
+    for noise in (0.0, 5e-4):
+        filter_ = record.with_parameters(chain_noise=noise).begin()
+        found = np.array([filter_.step(u)["end_tension"].item() for u in shifted[1:]])
+        error[noise] = np.abs(found - true[1:])[168:].max()
+    assert error[5e-4] < 0.5
+    assert error[0.0] > 10.0
+
+
 def test_chain_noise_is_fitted_from_none(logs):
     """Markers set off by 0.4 mm each way: to 10 %, with what the chain lacks already; a log that has none can begin."""
     record = record_of(logs["riser_tank"], "best").between(3.0, 6.0)
