@@ -45,6 +45,7 @@ def test_lines_bodies_and_curves():
     assert names[0] == "tension[0]"
     assert values.shape == (len(found["tether"].t_ns), len(names))
     assert curves["force_a"][0] == ["north", "east", "down"]
+    assert [port.name for port, _ in found["hand"].bodies()] == ["motion.position"]  # a point that moves by itself
 
 
 def fields(path: Path) -> dict[str, dict[str, list[str]]]:
