@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dis
+import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 
 from components.contract import Component
 from pipeline import installation
 
+ARGUMENTS = "t_ns, dt_ns, p, u, x, y, w"  # and images_in, images_out where there are images
 _RAISE = dis.opmap["RAISE_VARARGS"]  # what `raise` and `assert` are compiled to
 _NOISE = re.compile(r"Failed in|During|- Resolution|- Of which|>>>|File |None$|There are")
 _CALL = re.compile(r">>> (.+)")
@@ -28,6 +30,8 @@ def fault(component: Component) -> str:
         if not callable(function) or (component.compiled and not isinstance(function, FunctionType)):
             what = "a plain function, made by def" if component.compiled else "a function"
             return f"{name} is a {type(function).__name__}; expected {what}"
+        if not any(_takes(function, count) for count in ((7,) if component.compiled else (7, 9))):
+            return f"{name} does not take the arguments of a component; expected def {name}({ARGUMENTS})"
     for function in _reached(component) if component.compiled else ():
         line = _raising_line(function.__code__)
         if line:
@@ -35,6 +39,21 @@ def fault(component: Component) -> str:
             remedy = "return a positive status and explain it in status_text"
             return f"{where} raises, and a compiled kernel cannot raise; {remedy}"
     return ""
+
+
+def calls_kernels(component: Component) -> bool:
+    """Whether its init or step calls a compiled function by name."""
+    return set(_reached(component)) != {component.init, component.step}
+
+
+def _takes(function: Callable[..., object], count: int) -> bool:
+    try:
+        inspect.signature(function).bind(*range(count))
+    except TypeError:
+        return False
+    except ValueError:  # a callable that does not tell
+        return True
+    return True
 
 
 def refusal(error: Exception) -> str:

@@ -16,6 +16,7 @@ from pipeline.hosts.fmu.component import FmuComponent
 from pipeline.hosts.python import PythonHost
 from pipeline.kernels import refusal
 from pipeline.loop_tables import BOND_ROW, BOND_STATE, LAW, Tables
+from pipeline.rehearsal import beyond
 
 if TYPE_CHECKING:
     from pipeline.hosts.fmu.base import FmuHost
@@ -120,7 +121,9 @@ def _vectors(graph: Graph) -> tuple[list[np.ndarray], dict[str, list[slice]]]:
     return packed, spans
 
 
-def _entry(node: Node, vectors: list[np.ndarray], start_ns: int) -> compiled.EntryPoints | PythonHost | FmuHost:
+def _entry(
+    node: Node, vectors: list[np.ndarray], start_ns: int, dt_ns: int
+) -> compiled.EntryPoints | PythonHost | FmuHost:
     if isinstance(node.component, FmuComponent):
         from pipeline.hosts.fmu.host import (
             host_of,
@@ -128,6 +131,8 @@ def _entry(node: Node, vectors: list[np.ndarray], start_ns: int) -> compiled.Ent
 
         return host_of(node, vectors, start_ns)
     if node.component.compiled:
+        if node.model.endswith(".py") and (wrong := beyond(node.component, vectors, start_ns, dt_ns)):
+            raise TowlineError(f"{node.name} ({node.model}): {wrong}")
         try:
             return compiled.bind(node.component)
         except Exception as error:  # numba's are of many kinds
@@ -171,7 +176,7 @@ def lay_out(graph: Graph) -> Memory:
     rows, inits, hosts, entries = [], [], {}, []
     for i, node in enumerate(graph.nodes):
         vectors = [arrays[v][spans[v][i]] for v in "puxyw"]
-        entry = _entry(node, vectors, graph.start_ns)
+        entry = _entry(node, vectors, graph.start_ns, node.period * graph.base_ns)
         entries.append(entry)
         addresses = [arrays[v].ctypes.data + 8 * spans[v][i].start for v in "puxyw"]
         if not isinstance(entry, compiled.EntryPoints):

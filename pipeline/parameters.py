@@ -19,6 +19,8 @@ from pipeline.errors import Place, Problem, ScenarioError
 from pipeline.quantities import converts, is_plain, si_value
 from pipeline.yaml_source import Items, Scalar, Table, Tree, parse, plain, read_text
 
+FILE = "file"  # the key of a file or files of parameters, unless a parameter has that name
+
 
 @dataclass(frozen=True)
 class Given:
@@ -56,19 +58,25 @@ def nested(kind: type[Parameters], name: str) -> type[Parameters] | None:
     return next((one for one in found if issubclass(one, Parameters)), None)
 
 
+def keys(kind: type[Parameters]) -> list[str]:
+    """What a scenario may write for a component: its parameters, and the file that gives them."""
+    return [*dict.fromkeys((*kind.model_fields, FILE))]
+
+
 def gather(kind: type[Parameters], table: Table, folder: Path, path: str, problems: list[Problem]) -> dict[str, Given]:
     """What a scenario writes for a component, over what the file or files it names write."""
     given: dict[str, Given] = {}
-    if "file" in table.entries and "file" not in kind.model_fields:
-        files = table.entries["file"]
+    if FILE in table.entries and FILE not in kind.model_fields:
+        files = table.entries[FILE]
         for one in files.items if isinstance(files, Items) else (files,):
-            _from_file(kind, one, folder, below(path, "file"), problems, given)
+            _from_file(kind, one, folder, below(path, FILE), problems, given)
     for name, tree in table.entries.items():
         if name in kind.model_fields:
             given[name] = Given(tree, table.keys[name], folder)
-        elif name != "file":
-            text = f"unknown parameter{closest(name, list(kind.model_fields))}"
-            problems.append(Problem(table.keys[name], below(path, name), text))
+        elif name != FILE:
+            problems.append(
+                Problem(table.keys[name], below(path, name), f"unknown parameter{closest(name, keys(kind))}")
+            )
     return given
 
 

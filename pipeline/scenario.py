@@ -181,10 +181,11 @@ class _Reading:
         kind, inside = component.parameters, below(path, "parameters")
         table, before = _table(tree, "parameters"), len(self._problems)
         given = parameters.gather(kind, table, self._folder, inside, self._problems)
-        unread = len(self._problems) > before and "file" in table.entries
+        unread = len(self._problems) > before and parameters.FILE in table.entries
         is_table = isinstance(tree.entries.get("parameters", table), Table)
-        meant = catalogue.meant(table.entries.keys() - kind.model_fields.keys(), kind.model_fields)
-        if unread or not is_table:
+        keys = parameters.keys(kind)
+        meant = catalogue.meant(table.entries.keys() - set(keys), keys)
+        if unread or not is_table or parameters.FILE in meant - kind.model_fields.keys():
             meant = frozenset(kind.model_fields)
         for key, value in self._overrides.get(name, {}).items():
             if key in kind.model_fields:

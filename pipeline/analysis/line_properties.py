@@ -95,6 +95,8 @@ def properties(found: Entries, name: str) -> Properties | None:
     water, notes = _water(found, name)
     if changed := sorted(key for key in found.changed if key.startswith(f"{name}.")):
         notes.append(f"events set {', '.join(changed)}: its parameters are taken as they were at the start")
+    if "fmu" in found.components.get(name, {}):
+        notes.append("its FMU does not tell sections, clump weights and current profiles: taken as if it had none")
     return Properties(
         length=length,
         load=load,

@@ -9,6 +9,7 @@ import numpy as np
 from mcap.reader import make_reader
 
 from pipeline.analysis.ends import Ends, ends_of_log, ends_of_markers
+from pipeline.analysis.fmu_entries import with_fmus
 from pipeline.analysis.foreign import DAMAGED, from_mcap
 from pipeline.analysis.line_order import in_line_order
 from pipeline.analysis.line_properties import Properties, properties
@@ -93,6 +94,7 @@ def _kind(path: Path) -> str:
 def _of_log(log: Log, path: Path, channel: str | None) -> list[Recording]:
     """The channels of a log that have markers, and the lines that none track, by their nodes; all read in one pass."""
     found = entries(log)
+    found = with_fmus(log, found, lines(log)) if found else None
     names = [channel] if channel else marker_channels(log)
     if not channel:
         names += [name for name in lines_without_markers(log, [origin(found, one).line for one in names])]

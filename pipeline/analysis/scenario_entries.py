@@ -19,6 +19,7 @@ class Entry(TypedDict, total=False):
     """A component: texts with SI units, tables of them, counts; wires."""
 
     model: str
+    fmu: str
     parameters: dict[str, Any]
     inputs: dict[str, Any]
 

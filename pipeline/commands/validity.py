@@ -53,7 +53,7 @@ def cables(arguments: argparse.Namespace, needed: bool = True) -> tuple[list[Cab
 
     Raises TowlineError if there are none, or none that can be judged, and they are needed.
     """
-    tolerance = _tolerance(arguments.tolerance)
+    tolerance = _tolerance(arguments.tolerance.strip())
     tension = _share(arguments.tension_tolerance)
     length = None if arguments.length is None else _positive("length", arguments.length)
     noise_m = None if arguments.noise is None else _positive("noise", arguments.noise)
@@ -94,22 +94,23 @@ def seconds(texts: list[str]) -> tuple[float, ...]:
 
 def _tolerance(text: str) -> Tolerance:
     try:
-        share = _SHARE.fullmatch(text.strip())
-        value = float(share[1]) / 100.0 if share else si_value(text.strip(), "m", bare=True)
+        share = _SHARE.fullmatch(text)
+        value = float(share[1]) / 100.0 if share else si_value(text, "m", bare=True)
     except ValueError as error:
         raise TowlineError(
             f"--tolerance: {shown(text)} is no share of the length and no length; expected such as '1%' or '10 mm'"
         ) from error
     if not 0.0 < value < (1.0 if share else float("inf")):
         raise TowlineError(
-            f"--tolerance: {text.strip()} is not {'between 0 and 100 %' if share else 'positive'}; "
+            f"--tolerance: {text} is not {'between 0 and 100 %' if share else 'positive'}; "
             "expected such as '1%' or '10 mm'"
         )
     return Tolerance(value, share is not None)
 
 
 def _share(text: str) -> float:
-    share = _SHARE.fullmatch(text.strip())
+    text = text.strip()
+    share = _SHARE.fullmatch(text)
     if share is None or not 0.0 < float(share[1]) < 1e6:
         raise TowlineError(f"--tension-tolerance: {shown(text)} is no share of a tension; expected such as '10%'")
     return float(share[1]) / 100.0

@@ -48,6 +48,8 @@ def instance(text: str, overrides: Sequence[str]) -> Instance:
     path, sign, name = text.rpartition("#")
     if sign:
         return _of_scenario(path, name, overrides)
+    if text.endswith((".yaml", ".yml")):
+        raise TowlineError(f"{text} is a scenario; name a component of it, such as {text}#tether")
     return _of_model(text.removeprefix(PACKAGE), overrides)
 
 

@@ -9,12 +9,15 @@ import numpy as np
 
 from components.contract import Port
 from pipeline.analysis.known import known
+from pipeline.analysis.markers import is_estimate
 from pipeline.log.reader import ChannelInfo, Log
 
 PERIOD_NS = 100_000_000  # of what is drawn: a viewer takes them all into memory
 CURVES = 6  # of one port in one plot: those of larger ports are spread over it
 # What tells of the solver, not of the scene: it is in the log, and not on the screen.
 ASIDE = ("validity.", "law_", "accepted_", "accelerance", "residual", "iterations", "sub_steps", "converged")
+
+NO_POINTS = ("reference", "estimate", "wave", "low")  # bundles that are no points of their own
 
 
 @dataclass(frozen=True)
@@ -32,9 +35,13 @@ class Drawn:
                 yield port, _east_north_up(values.reshape(-1, *port.shape))
 
     def bodies(self) -> Iterator[tuple[Port, np.ndarray]]:
-        """Ports that are a body's position, (k, 3): east, north, up [m]."""
+        """The position of a body, or of each point that moves by itself, (k, 3): east, north, up [m]."""
+        names = {port.name for port in self.channel.ports}
         for port, values in self._ports():
-            if port.shape == (3,) and port.name == "position" and _is_place(port):
+            bundle = port.name.removesuffix("position")
+            is_point = f"{bundle}velocity" in names and "position" not in names and not is_estimate(self.channel)
+            is_drawn = port.name == "position" or (is_point and not bundle.startswith(NO_POINTS))
+            if is_drawn and port.shape == (3,) and _is_place(port):
                 yield port, _east_north_up(values)
 
     def curves(self) -> Iterator[tuple[Port, list[str], np.ndarray]]:

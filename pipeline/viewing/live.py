@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from typing import Any
 
 from pipeline.errors import TowlineError
@@ -11,7 +12,11 @@ ABSENT = 'the WebSocket for viewers is not installed; pip install -e ".[live]" i
 
 
 class Live:
-    """A recorder's audience that serves every channel."""
+    """A recorder's audience that serves every channel.
+
+    It holds its port from the beginning and serves from the first look for viewers on, when all channels are declared:
+    of one that is declared while a viewer is connected, the SDK may refuse the subscription ("Unknown channel ID").
+    """
 
     def __init__(self, endpoint: str, name: str):
         """endpoint: HOST:PORT. name: shown by the viewers. Raises TowlineError."""
@@ -19,13 +24,14 @@ class Live:
         self._foxglove = _module()
         self._context = self._foxglove.Context()
         self._channels: dict[str, Any] = {}
+        self._server: Any = None
+        self._endpoint, self._name, self._host = endpoint, name, host
         try:
-            self._server = self._foxglove.start_server(
-                name=name, host=host, port=port, message_backlog_size=BACKLOG, context=self._context
-            )
-        except Exception as error:  # the server's are of many kinds
-            raise TowlineError(f"--live {endpoint}: cannot listen there: {error}") from error
-        self.url = f"ws://{f'[{host}]' if ':' in host else host}:{self._server.port}"
+            self._held = _held(host, port)
+        except OSError as error:
+            raise TowlineError(f"--live {endpoint}: cannot listen there: {error.strerror or error}") from error
+        self._port = int(self._held.getsockname()[1])
+        self.url = f"ws://{f'[{host}]' if ':' in host else host}:{self._port}"
 
     def declare(self, topic: str, message: str, descriptors: bytes) -> None:
         """Make a channel known. message: its full protobuf name; descriptors: a FileDescriptorSet that has it."""
@@ -35,7 +41,9 @@ class Live:
         )
 
     def is_wanted(self, topic: str) -> bool:
-        """Whether any viewer shows the channel."""
+        """Whether any viewer shows the channel. Raises TowlineError if it cannot serve."""
+        if self._server is None:
+            self._serve()
         return self._channels[topic].has_sinks()
 
     def put(self, topic: str, t_ns: int, payload: bytes) -> None:
@@ -44,7 +52,35 @@ class Live:
 
     def close(self) -> None:
         """Take leave of the viewers."""
-        self._server.stop()
+        self._held.close()
+        if self._server is not None:
+            self._server.stop()
+
+    def _serve(self) -> None:
+        self._held.close()
+        try:
+            self._server = self._foxglove.start_server(
+                name=self._name,
+                host=self._host,
+                port=self._port,
+                message_backlog_size=BACKLOG,
+                context=self._context,
+            )
+        except Exception as error:  # the server's are of many kinds
+            raise TowlineError(f"--live {self._endpoint}: cannot listen there: {error}") from error
+
+
+def _held(host: str, port: int) -> socket.socket:
+    """A port, taken and not yet listening. Raises OSError."""
+    family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    one = socket.socket(family, kind, protocol)
+    try:
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        one.bind(address)
+    except OSError:
+        one.close()
+        raise
+    return one
 
 
 def _module() -> Any:

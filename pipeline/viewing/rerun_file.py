@@ -55,12 +55,13 @@ def _draw(rr: Any, recording: Any, one: Drawn) -> None:
         path = f"world/{name}/{port.name}"
         recording.log(path, rr.LineStrips3D.from_fields(colors=[LINE], radii=[rr.Radius.ui_points(1.5)]), static=True)
         recording.send_columns(path, [when], rr.LineStrips3D.columns(strips=places.astype(np.float32)))
-    for _, places in one.bodies():
+    for port, places in one.bodies():
+        path = f"world/{name}" if port.name == "position" else f"world/{name}/{port.name}"
         style = rr.Points3D.from_fields(colors=[BODY], radii=[rr.Radius.ui_points(6.0)], labels=[name])
-        recording.log(f"world/{name}", style, static=True)
-        recording.send_columns(f"world/{name}", [when], rr.Points3D.columns(positions=places.astype(np.float32)))
+        recording.log(path, style, static=True)
+        recording.send_columns(path, [when], rr.Points3D.columns(positions=places.astype(np.float32)))
         track = rr.LineStrips3D([places.astype(np.float32)], colors=[TRACK], radii=[rr.Radius.ui_points(0.5)])
-        recording.log(f"world/{name}/track", track, static=True)
+        recording.log(f"{path}/track", track, static=True)
 
 
 def _plot(rr: Any, recording: Any, one: Drawn) -> list[tuple[str, str]]:

@@ -182,6 +182,11 @@ def test_no_component_of_this_repository_raises(model):
     [
         ("step=step", "step=functools.partial(step)", "step is a partial; expected a plain function, made by def"),
         ("step=step", "step=half", "step is a CompiledKernel; expected a plain function, made by def"),
+        (
+            "def step(t_ns, dt_ns,",
+            "def step(t_ns,",
+            "step does not take the arguments of a component; expected def step(",
+        ),
         ("step=step", "step=None, compiled=False", "step is a NoneType; expected a function"),
         ("name=", "name=3 or ", "has a COMPONENT whose name is no text or whose parameters are no Parameters class"),
         ("=Nothing", "=dict", "has a COMPONENT whose name is no text or whose parameters are no Parameters class"),
@@ -212,6 +217,19 @@ def test_a_kernel_that_does_not_compile(refused, statement, expected):
     assert message.startswith("own (HERE/own.py) cannot be compiled: ")
     assert expected in message
     assert message.endswith(" (--debug shows all)")
+
+
+BOTH = "    y[0] = half(1.0)\n    return 0\n\ndef step(t_ns, dt_ns, p, u, x, y, w):\n    y[0] = 1.0\n"
+
+
+@pytest.mark.parametrize(
+    ("init", "step", "where"),
+    [("y[0]", "y[1]", "step at line 17"), ("x[1]", "y[0]", "init at line 13"), ("y[0]", "x[t_ns]", "step at line 17")],
+)
+def test_a_kernel_that_goes_beyond_its_vectors(refused, init, step, where):
+    """Compiled, it would write into other components' memory, without a word."""
+    message = refused(BOTH, BOTH.replace("y[0] = 1.0", f"{step} = 1.0").replace("y[0] = half(1.0)", f"{init} = 0.5"))
+    assert message.startswith(f"own (HERE/own.py): {where} of own.py goes beyond a vector")
 
 
 def test_a_kernel_that_does_not_compile_tells_its_line(refused):

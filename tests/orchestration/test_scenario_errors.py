@@ -298,6 +298,11 @@ EDITS = {
         "{file: nowhere.yaml}",
         "7:24 components.snk.parameters.file: nowhere.yaml: no such file",
     ),
+    "parameter file mistyped": (
+        "{length: 3 m}",
+        "{flie: nowhere.yaml}",
+        "7:18 components.snk.parameters.flie: unknown parameter; did you mean 'file'?",
+    ),
     "csv": (
         "{model: ./components/source.py}",
         "{model: ./components/source.py, parameters: {table: {csv: nowhere.csv}}}",

@@ -24,6 +24,7 @@ def test_errors_are_one_line(capsys, tmp_path, monkeypatch):
     fixed = ["build", "motion.fixed", "--param", "position=[1 m, 2 m, 3 m]"]
     assert "did you mean 'tether.cable'?" in told_error(capsys, "build", "tether.cabel")
     assert "did you mean 'position'?" in told_error(capsys, *fixed, "--param", "positon=[1 m, 2 m, 3 m]")
+    assert "is a scenario; name a component of it" in told_error(capsys, "build", f"{ROOT}/scenarios/bond_mass.yaml")
     assert "has no component 'x'" in told_error(capsys, "build", f"{ROOT}/scenarios/bond_mass.yaml#x")
     assert "--step" in told_error(capsys, *fixed, "--step", "0 s")
     assert "cannot be written" in told_error(capsys, *fixed, "-o", "no/such/folder.fmu")

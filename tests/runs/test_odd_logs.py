@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from components.contract import Port
-from pipeline.analysis.page import others
+from pipeline.analysis.page import others, thrusters
 from pipeline.analysis.page.signals import Signals
 from pipeline.cli import main
 from pipeline.log.reader import ChannelInfo, open_log
@@ -180,3 +180,16 @@ def test_page_draws_components_of_ones_own(tmp_path):
     assert charts["lean"].series[0].values == pytest.approx(180.0)
     assert [series.name for series in charts["profile"].series][:2] == ["profile[0]", "profile[8]"]
     assert len(charts["profile"].series) == 6
+
+
+def test_page_draws_ports_of_an_fmu_once(tmp_path):
+    """What another tab drew of a foreign model is not drawn again among the components of one's own."""
+    ports = (Port("thrust", "N", (2,)), Port("wear", "1"))
+    out = tmp_path / "foreign.mcap"
+    with Recorder(out, [ChannelSpec("thrusters", ports, {"model": "/x/thrusters.fmu"})]) as recorder:
+        recorder.rows(0, pack_rows(np.arange(5) * 10**9, np.ones((5, 3))))
+    with open_log(out) as log:
+        signals = Signals(log)
+        known, found = thrusters.tab(signals), others.tab(signals)
+    assert [item.title for item in known.items if not isinstance(item, str)] == ["Thrust of each thruster"]
+    assert [item.title for item in found.items if not isinstance(item, str)] == ["wear"]

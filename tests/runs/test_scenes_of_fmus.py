@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.analysis.recording import recordings
+from pipeline.analysis.validity import Tolerance, judge
 from pipeline.errors import ScenarioError, TowlineError
 from pipeline.fmu.cached import cached_fmu
 from pipeline.log.reader import open_log
@@ -19,8 +21,8 @@ from pipeline.wiring import build_graph
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
-def rows(name, path):
-    scenario = load_scenario(SCENARIOS / f"{name}.yaml", duration="8 s")
+def rows(name, path, duration="8 s"):
+    scenario = load_scenario(SCENARIOS / f"{name}.yaml", duration=duration)
     graph = build_graph(scenario)
     result = run_scenario(scenario, graph, path, Options(), lambda _: None)
     log = open_log(result.log)
@@ -38,6 +40,19 @@ def test_bits_of_the_native_scene(name, native, tmp_path):
     assert found.keys() == expected.keys()
     for port, value in expected.items():
         assert np.array_equal(found[port].reshape(value.shape), value), port
+
+
+def test_a_line_that_is_an_fmu_is_judged_as_the_native_one(tmp_path):
+    """Its length, weight and drag are constants of the FMU, which the log holds: the same verdict to the last bit."""
+    verdicts = []
+    for name in ("boom_fmu", "boom_sweep"):
+        rows(name, tmp_path / f"{name}.mcap", "2 s")
+        (recording,) = recordings(tmp_path / f"{name}.mcap")
+        found = judge(recording, "fast", Tolerance(0.01, True)).line
+        assert found is not None, name
+        verdicts.append((found.line.square, {key: match.as_json() for key, match in found.matches.items()}))
+    assert verdicts[0] == verdicts[1]
+    assert verdicts[0][1]["mean_load"]["verdict"] == "holds"
 
 
 @pytest.mark.parametrize(

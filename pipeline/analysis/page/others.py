@@ -15,10 +15,10 @@ AXES = ("north", "east", "down")
 
 
 def tab(signals: Signals) -> Tab | None:
-    """None where all models are Towline's own."""
+    """None where all models are Towline's own. To be made last: what another tab used, it does not draw again."""
     items: list[str | Chart] = []
     for name, info in signals.channels.items():
-        ports = [info.port(port)[0] for port in signals.ports(name)]
+        ports = [info.port(port)[0] for port in signals.ports(name) if (name, port) not in signals.used]
         ports = [port for port in ports if not _is_places(port)]
         if ports and info.metadata.get("model", "").endswith(FILES):
             items += [heading(name), *(_chart(signals, name, port) for port in ports)]

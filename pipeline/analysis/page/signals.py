@@ -17,7 +17,10 @@ _NONE = np.empty(0, np.int64)
 
 
 class Signals:
-    """Ports by channel and name; times in seconds, each once; numbers that are none are NaN. oddities: a line each."""
+    """Ports by channel and name; times in seconds, each once; numbers that are none are NaN. oddities: a line each.
+
+    used: channel and port of all values that were asked for, which tabs do to draw them.
+    """
 
     def __init__(self, log: Log):
         """Reads them. Raises LogError if the log is damaged."""
@@ -25,6 +28,7 @@ class Signals:
         self.entries = entries(log) or Entries("", {})
         self.start, self.end = log.start_ns / 1e9, log.end_ns / 1e9
         self.events = [(t_ns / 1e9, text) for t_ns, text in log.events()]
+        self.used: set[tuple[str, str]] = set()
         self._ports = {name: list(_drawn(info)) for name, info in log.channels.items() if info.count}
         counts = {name: log.channels[name].count for name, ports in self._ports.items() if ports}
         times, unknown = self._read(log, counts)
@@ -71,11 +75,12 @@ class Signals:
 
     def port(self, channel: str, port: str) -> np.ndarray:
         """(k, *shape)."""
-        values = self._values[channel][port]
+        values = self.rows(channel, port)
         return values.reshape(len(values), *self.channels[channel].port(port)[0].shape)
 
     def rows(self, channel: str, port: str) -> np.ndarray:
         """(k, n): also of a port that is one number, as components of a user's own may have it under any name."""
+        self.used.add((channel, port))
         return self._values[channel][port]
 
     def shape(self, channel: str, port: str) -> tuple[int, ...]:
