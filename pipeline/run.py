@@ -24,7 +24,7 @@ from pipeline.graph import Graph
 from pipeline.hosts.deployment import BusOptions, OnZenoh
 from pipeline.hosts.fmu.base import FmuHost
 from pipeline.keyboard import Keys
-from pipeline.log.conventions import COMPLETE, ENDING, RESULT
+from pipeline.log.conventions import COMPLETE, ENDING, RESULT, SPEED
 from pipeline.log.recorder import CHUNK_BYTES, COMPRESSION, Audience, ChannelSpec, Recorder
 from pipeline.pacing import Pacing
 from pipeline.placement import placement_of
@@ -134,6 +134,7 @@ class Run:
         self.recorded = np.zeros_like(self._steps)
         self._flushed = self._noted = time.monotonic()
         self._has_started = False
+        self._went: tuple[int, float] | None = None  # the tick and the wall time at which it began to go
         hosts = () if isinstance(self.conductor, Distributed) else self.conductor.memory.fmus.values()
         self._watch = Watch([host for host in hosts if not host.component.isolate], self._give_up)
         self.conductor.inside = self._watch.inside
@@ -259,6 +260,7 @@ class Run:
         """Run to tick `until`, calling progress(simulated seconds) after each slice. Raises StepError."""
         interrupts.raise_if_lost()
         self.pacing.begin(self.conductor.tick)
+        self._went = self._went or (self.conductor.tick, time.monotonic())
         with interrupts.held() as raise_if_interrupted:
             self.conductor.poll = raise_if_interrupted
             for _ in self.conductor.run(until, lambda: self.pacing.slice_ticks or self._options.slice_ticks):
@@ -336,8 +338,16 @@ class Run:
     def _close(self, ending: str) -> None:
         tick = self.conductor.tick
         self._record_remarks()
-        self._recorder.add_metadata(RESULT, {"digest": self.digest.total(), ENDING: ending, "ticks": str(tick)})
+        told = {"digest": self.digest.total(), ENDING: ending, "ticks": str(tick)} | self._speed(tick)
+        self._recorder.add_metadata(RESULT, told)
         self._recorder.close()
+
+    def _speed(self, tick: int) -> dict[str, str]:
+        """Of this run, or of its part since it was resumed."""
+        if self._went is None or tick == self._went[0]:
+            return {}
+        since, began = self._went
+        return {SPEED: f"{self._seconds(tick - since) / max(time.monotonic() - began, 1e-9):.4g}"}
 
 
 def _event_text(firing: Firing) -> str:

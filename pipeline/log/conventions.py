@@ -14,6 +14,7 @@ PROFILE = "towline"  # of the MCAP header
 PORTS_KEY = "ports"  # in a component channel's metadata: its ports as JSON
 CHECKSUM_KEY = "crc32"  # in every metadata record: see metadata_checksum
 RESULT, ENDING, COMPLETE = "result", "ending", "complete"  # metadata of how the run ended, its key, its good value
+SPEED = "real_time_factor"  # another key of it
 EVENTS, SNAPSHOTS = "towline/events", "towline/snapshots"  # topics: what happened; where to resume from
 _PACKAGE = "towline_log"
 

@@ -238,6 +238,7 @@ def test_a_log_without_lines_has_a_page_too(run, tmp_path):
     text = (tmp_path / "ball.html").read_text(encoding="utf-8")
     assert [one["name"] for one in json.loads(data(text))["scene"]["bodies"]] == ["ball"]
     assert 'id="tab-catenary"' not in text
+    assert f" · run at {log.metadata('result')['real_time_factor']} times real time · " in text
 
 
 def test_a_torn_log_without_lines_is_told_of(run, tmp_path, capsys):

@@ -12,6 +12,7 @@ from pipeline.analysis.page.signals import Signals
 from pipeline.analysis.page.tab import Tab, heading, paragraph, table
 from pipeline.analysis.page.tensions import lines
 from pipeline.analysis.validity import Cable
+from pipeline.log.conventions import RESULT, SPEED
 from pipeline.log.reader import Log
 
 MOST_ODD = 5  # lines that are shown at once
@@ -43,13 +44,14 @@ SCENE = (
 
 
 def _run(log: Log, signals: Signals) -> Iterator[str]:
-    run = log.metadata("run")
+    run, speed = log.metadata("run"), log.metadata(RESULT).get(SPEED)
     if log.warning:
         yield paragraph(log.warning, "warning")
     facts = [
         f"{signals.end - signals.start:.6g} s from {signals.start:.6g} s",
         f"{len(log.channels)} channels, {sum(info.count for info in log.channels.values())} messages",
         f"{log.path.stat().st_size / 1e6:.3g} MB",
+        *([f"run at {speed} times real time"] if speed else []),
         *([f"Towline {run['towline']}"] if "towline" in run else []),
     ]
     yield paragraph(" · ".join(facts), "small")
