@@ -13,7 +13,7 @@ from typing import Any
 from rich.table import Table
 
 import components
-from pipeline.commands.bench_page import Measured, load, shown, split, update
+from pipeline.commands.bench_page import Measured, alike, load, shown, split, update
 from pipeline.commands.output import console, print_json
 from pipeline.errors import TowlineError
 
@@ -54,16 +54,17 @@ def _measure(path: Path) -> Measured:
 
 
 def _print(name: str, rows: Sequence[Row]) -> None:
-    """What differs between rows as a table, what they share below it."""
-    differing, shared = split(rows)
-    table = Table(title=name)
-    for column in differing:
-        table.add_column(column)
-    for row in rows:
-        table.add_row(*(shown(row.get(column, "")) for column in differing))
-    console().print(table)
-    for column, value in shared.items():
-        console().print(f"{column}: {value}")
+    """What differs between rows as tables, what they share below each."""
+    for group in alike(rows):
+        differing, shared = split(group)
+        table = Table(title=name)
+        for column in differing:
+            table.add_column(column)
+        for row in group:
+            table.add_row(*(shown(row.get(column, "")) for column in differing))
+        console().print(table)
+        for column, value in shared.items():
+            console().print(f"{column}: {value}")
 
 
 def command(arguments: argparse.Namespace) -> int:

@@ -20,6 +20,7 @@ Speed beside its error, error beside its reference. `towline bench NAME --page {
 `make bench` all of them. Machines are shared and noisy: believe ratios within a section, not numbers across sections.
 """
 TITLE = HEAD.partition("\n")[0]
+ALIKE = 0.6  # of the columns of two rows, those that both fill
 _HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
 
 
@@ -40,13 +41,27 @@ def load() -> float:
 
 
 def shown(value: Any) -> str:
-    """A number with four digits, or a text."""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    """A number with four digits, or a text; nothing for None."""
+    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
+
+
+def alike(rows: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:
+    """Rows one after another that fill much the same columns: a table each."""
+    groups: list[list[Mapping[str, Any]]] = []
+    columns: set[str] = set()
+    for row in rows:
+        filled = {column for column, value in row.items() if shown(value)}
+        if not groups or len(filled & columns) < ALIKE * len(filled | columns):
+            groups.append([])
+            columns = set()
+        groups[-1].append(row)
+        columns |= filled
+    return groups
 
 
 def split(rows: Sequence[Mapping[str, Any]]) -> tuple[list[str], dict[str, str]]:
     """The columns in which rows differ, and what the others hold in all of them."""
-    columns = list(dict.fromkeys(key for row in rows for key in row))
+    columns = list(dict.fromkeys(key for row in rows for key in row if shown(row[key])))
     values = {column: {shown(row.get(column, "")) for row in rows} for column in columns}
     shared = {column: only for column, (only, *others) in values.items() if len(rows) > 1 and not others}
     return [column for column in columns if column not in shared], shared
@@ -81,13 +96,11 @@ def _figures(page: Path, name: str, measured: Measured) -> Sequence[Path]:
 
 
 def _section(page: Path, name: str, measured: Measured) -> str:
-    differing, shared = split(measured.rows)
-    lines = [
-        measured.about,
-        "",
-        *_table([differing, *([shown(row.get(c, "")) for c in differing] for row in measured.rows)]),
-    ]
-    lines += ["", *(f"- {column}: {value}" for column, value in shared.items())]
+    lines = [measured.about]
+    for rows in alike(measured.rows):
+        differing, shared = split(rows)
+        lines += ["", *_table([differing, *([shown(row.get(c, "")) for c in differing] for row in rows)])]
+        lines += ["", *(f"- {column}: {value}" for column, value in shared.items())] if shared else []
     folder = page.absolute().parent
     lines += [f"\n![{figure.stem}]({os.path.relpath(figure, folder)})" for figure in _figures(page, name, measured)]
     before, after = measured.load

@@ -385,6 +385,14 @@ def test_page_of_benchmarks(tmp_path):
         update(page, "d", Measured("About d.", few, [], 1.0, (0.1, 0.2)))
     assert "bench_d" not in page.read_text()
     assert not (page.parent / "bench_d.svg").exists()
+    unlike = [
+        {"case": "x", "us": 1.0, "error": None},
+        {"case": "y", "us": 2.0},
+        {"case": "z", "nis": 1.0, "freedom": 3},
+    ]
+    update(page, "e", Measured("About e.", unlike, [], 1.0, (0.1, 0.2)))
+    assert "| case | us |\n|---|---|\n| x | 1 |\n| y | 2 |\n" in page.read_text()
+    assert "| case | nis | freedom |\n|---|---|---|\n| z | 1 | 3 |\n" in page.read_text()
     other = tmp_path / "README.md"
     other.write_text("# Mine")
     with pytest.raises(TowlineError, match="no page of benchmarks"):
