@@ -8,6 +8,8 @@ SCENARIO ?= scenarios/dp_rov_tether.yaml
 run: .venv/installed
 	$(BIN)/towline run $(SCENARIO)
 
+# With bytecode kept: else each of the hundreds of processes that the tests start compiles the sources again.
+test: export PYTHONDONTWRITEBYTECODE =
 test: .venv/installed-dev
 	$(BIN)/python tests/compile_all.py
 	$(BIN)/pytest -n 2 --dist loadfile
